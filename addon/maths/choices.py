@@ -1,0 +1,105 @@
+"""What the user chooses of the method: warp, partition, fit. Frozen and checked; no default is written anywhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+from ..errors import SettingsError
+
+WARPS = ("uniform", "psm", "lispsm", "lispsm-general", "lloyd", "tsm", "log", "logpsm")
+PARTITIONS = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive", "faces", "faces-z")
+FITS = ("frustum", "scene", "samples")
+CONVERGENCES = ("quadratic", "sine")
+LOG_WARPS = ("log", "logpsm")
+
+
+def require(condition: bool, message: str) -> None:
+    """Raise `SettingsError(message)` unless the condition holds; write it so that NaN fails."""
+    if not condition:
+        raise SettingsError(message)
+
+
+def require_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    """Raise `SettingsError` unless `value` is one of `allowed`."""
+    require(value in allowed, f"{name} is '{value}': choose one of {', '.join(allowed)}.")
+
+
+@dataclass(frozen=True, slots=True)
+class WarpChoice:
+    """How texels are spread along the view: the parameterisation of one shadow map.
+
+    `eta` in (−1, 1] (T4 (32), (33)) or `parameter` (n', metres, > 0) override the value that `kind` computes.
+    `pseudo_near` (view depth, metres) is the near distance from which the warp is optimised (LogPSM 5.64, 5.65).
+    `convergence` is the way to uniform below γ_lim: 'sine' T4 (43), 'quadratic' T4 (44).
+    """
+
+    kind: str = "lispsm-general"
+    eta: float | None = None
+    parameter: float | None = None
+    pseudo_near: float | None = None
+    convergence: str = "quadratic"
+
+    def __post_init__(self) -> None:
+        require_choice("Warp", self.kind, WARPS)
+        require_choice("Convergence", self.convergence, CONVERGENCES)
+        require(self.eta is None or -1.0 <= self.eta <= 1.0, "The warp's η must lie between −1 (uniform) and 1 (PSM).")
+        require(self.parameter is None or 0.0 < self.parameter <= inf, "The warp parameter n' must be a positive distance in metres.")
+        require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
+        require(self.eta is None or self.parameter is None, "Give η or the warp parameter n', not both.")
+
+    @property
+    def is_logarithmic(self) -> bool:
+        """True for the warps whose t axis is logarithmic (LogPSM §5.1.3, §5.1.4)."""
+        return self.kind in LOG_WARPS
+
+
+@dataclass(frozen=True, slots=True)
+class PartitionChoice:
+    """How the view is divided among shadow maps.
+
+    `count` is the number of z partitions; `split_weight` λ of PSSM (1 = logarithmic, 0 = linear; LogPSM 5.60);
+    `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4;
+    `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
+    """
+
+    kind: str = "z-adaptive"
+    count: int = 4
+    split_weight: float = 0.5
+    alpha: tuple[float, ...] = (3.0,)
+    pseudo_near: float | None = None
+
+    def __post_init__(self) -> None:
+        require_choice("Partition", self.kind, PARTITIONS)
+        require(1 <= self.count <= 8, "The number of z partitions must lie between 1 and 8.")
+        require(0.0 <= self.split_weight <= 1.0, "The split weight must lie between 0 (linear) and 1 (logarithmic).")
+        require(len(self.alpha) >= 1 and all(1.0 < a < inf for a in self.alpha), "Every α must be greater than 1 (usually 2 to 4).")
+        require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
+
+    @property
+    def z_count(self) -> int:
+        """Number of z partitions this choice asks for (1 for 'none' and 'faces')."""
+        return 1 if self.kind in ("none", "faces") else self.count
+
+    @property
+    def uses_faces(self) -> bool:
+        """True when the side faces of the view frustum get maps of their own (T4 §4.3.1)."""
+        return self.kind in ("faces", "faces-z")
+
+
+@dataclass(frozen=True, slots=True)
+class FitChoice:
+    """What the light frustum is fitted to, and the texels it gets.
+
+    `kind`: 'frustum' the whole view frustum, 'scene' its intersection with the scene's bounds, 'samples' the receivers really visible.
+    `size` texels per side and partition; `margin_texels` border kept free for filters.
+    """
+
+    kind: str = "samples"
+    size: int = 1024
+    margin_texels: float = 1.0
+
+    def __post_init__(self) -> None:
+        require_choice("Fit", self.kind, FITS)
+        require(16 <= self.size <= 16384, "The map size must lie between 16 and 16384 texels per side.")
+        require(0.0 <= self.margin_texels < self.size / 4, "The margin must be smaller than a quarter of the map.")

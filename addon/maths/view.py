@@ -1,0 +1,93 @@
+"""The camera and the light as the method sees them: matrices, distances, angles. No GPU, no bpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan, inf
+
+import numpy as np
+
+from .choices import require
+
+LIGHT_KINDS = ("sun", "spot", "point")
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A camera: `view_from_world` is rigid, `clip_from_view` an OpenGL projection (perspective or orthographic, shift allowed).
+
+    World coordinates are relative to the scene's local origin. `near` and `far` are view depths in metres.
+    """
+
+    view_from_world: np.ndarray
+    clip_from_view: np.ndarray
+    near: float
+    far: float
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        require(bool(np.isfinite(self.view_from_world).all() and np.isfinite(self.clip_from_view).all()), "The camera's matrix is not finite.")
+        require(0.0 < self.near < self.far < inf or (self.is_orthographic and self.near < self.far), "The camera's near distance must be positive and smaller than its far distance.")
+
+    @property
+    def is_orthographic(self) -> bool:
+        """True when all view rays are parallel."""
+        return bool(self.clip_from_view[3, 3] == 1.0)
+
+    @property
+    def clip_from_world(self) -> np.ndarray:
+        """(4, 4) float64."""
+        return self.clip_from_view @ self.view_from_world
+
+    @property
+    def world_from_view(self) -> np.ndarray:
+        """(4, 4) float64."""
+        return np.linalg.inv(self.view_from_world)
+
+    @property
+    def eye_ws(self) -> np.ndarray:
+        """(3,) position of the eye."""
+        return self.world_from_view[:3, 3].copy()
+
+    @property
+    def direction_ws(self) -> np.ndarray:
+        """(3,) unit view direction."""
+        return -self.world_from_view[:3, 2].copy()
+
+    @property
+    def half_fov_rad(self) -> float:
+        """φ, half the vertical field of view (0 for an orthographic camera)."""
+        return 0.0 if self.is_orthographic else atan(1.0 / float(self.clip_from_view[1, 1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """A light that casts shadows.
+
+    `direction_ws` (3,) unit, towards the light (sun, and the axis of a spot, reversed travel); `position_ws` (3,) for spot and point.
+    `cone_rad` is the half opening angle of a spot. `color` (3,) linear RGB times strength (sun: irradiance factor; others: W/m² at 1 m).
+    """
+
+    kind: str = "sun"
+    direction_ws: np.ndarray | None = None
+    position_ws: np.ndarray | None = None
+    cone_rad: float = 0.7853981633974483
+    cone_blend: float = 0.15
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        require(self.kind in LIGHT_KINDS, f"Light kind '{self.kind}' is not one of {', '.join(LIGHT_KINDS)}.")
+        if self.kind != "point":
+            d = self.direction_ws
+            require(d is not None and bool(abs(float(np.dot(d, d)) - 1.0) < 1e-6), "The light's direction must be a unit vector.")
+        if self.kind != "sun":
+            require(self.position_ws is not None and bool(np.isfinite(self.position_ws).all()), "The light's position must be finite.")
+        if self.kind == "spot":
+            require(0.0 < self.cone_rad < 1.55, "The spot's half opening angle must lie between 0° and 88°.")
+
+
+def gamma_rad(light_direction_ws: np.ndarray, view_direction_ws: np.ndarray) -> float:
+    """γ ∈ [0, π/2]: the smaller angle between the light's and the view's line (T4 §4.2.2). Stable at both ends (atan2)."""
+    cross = np.linalg.norm(np.cross(light_direction_ws, view_direction_ws))
+    return float(np.arctan2(cross, abs(np.dot(light_direction_ws, view_direction_ws))))

@@ -1,0 +1,107 @@
+"""The scene as frozen arrays: what `snapshot` and `cad_files` make and the renderer draws. No bpy, no GL."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import SceneError
+from ..maths.view import Camera, Light
+
+
+def frozen(array: np.ndarray, dtype: object) -> np.ndarray:
+    """A C-contiguous array of that dtype that nobody can write to."""
+    out = np.ascontiguousarray(array, dtype=dtype)
+    if out is array and array.flags.writeable:
+        out = array.view()
+    out.setflags(write=False)
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """One unique piece of geometry: the triangles of one material slot of one mesh, in object space.
+
+    `key` names the content: two meshes with equal keys hold equal arrays, so a key already on the GPU is not uploaded again.
+    `positions` (V, 3) float32, `normals` (V, 3) float32 unit shading normals (vertices are duplicated where the surface is creased),
+    `triangles` (T, 3) int32. All finite; no zero-area triangle.
+    """
+
+    key: Hashable
+    positions: np.ndarray
+    normals: np.ndarray
+    triangles: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "positions", frozen(self.positions, np.float32))
+        object.__setattr__(self, "normals", frozen(self.normals, np.float32))
+        object.__setattr__(self, "triangles", frozen(self.triangles, np.int32))
+
+    @property
+    def bounds_os(self) -> np.ndarray:
+        """(2, 3) smallest and largest corner in object space."""
+        return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
+
+
+@dataclass(frozen=True, eq=False)
+class Instances:
+    """I placed meshes, as arrays. Row i draws `meshes[mesh_index[i]]`.
+
+    `world_from_object` (I, 4, 4) float64, world relative to `Scene.origin_ws`; `object_id` (I,) int32 ≥ 0, index into `Scene.object_names`
+    (rows of one object with several material slots share it); `material_slot` (I,) int32; `base_color` (I, 4) float32 linear RGBA.
+    """
+
+    mesh_index: np.ndarray
+    world_from_object: np.ndarray
+    object_id: np.ndarray
+    material_slot: np.ndarray
+    base_color: np.ndarray
+
+    def __post_init__(self) -> None:
+        count = len(self.mesh_index)
+        for name, dtype, shape in (("mesh_index", np.int32, ()), ("world_from_object", np.float64, (4, 4)), ("object_id", np.int32, ()),
+                                   ("material_slot", np.int32, ()), ("base_color", np.float32, (4,))):
+            array = frozen(getattr(self, name), dtype)
+            if array.shape != (count, *shape):
+                raise SceneError(f"Instances.{name} has shape {array.shape}, expected {(count, *shape)}.")
+            object.__setattr__(self, name, array)
+
+    def __len__(self) -> int:
+        return len(self.mesh_index)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to."""
+
+    meshes: tuple[Mesh, ...]
+    instances: Instances
+    object_names: tuple[str, ...]
+    origin_ws: np.ndarray
+    lights: tuple[Light, ...] = ()
+    cameras: tuple[Camera, ...] = ()
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles drawn: every instance counted."""
+        per_mesh = np.array([len(m.triangles) for m in self.meshes], dtype=np.int64)
+        return int(per_mesh[self.instances.mesh_index].sum()) if len(self.instances) else 0
+
+    def instance_bounds_ws(self) -> np.ndarray:
+        """(I, 2, 3) float64 axis-aligned world bounds of every instance (bounds of the eight transformed corners)."""
+        boxes = np.stack([m.bounds_os for m in self.meshes])[self.instances.mesh_index].astype(np.float64)
+        centre, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
+        m = self.instances.world_from_object
+        c = np.einsum("iab,ib->ia", m[:, :3, :3], centre) + m[:, :3, 3]
+        h = np.einsum("iab,ib->ia", np.abs(m[:, :3, :3]), half)
+        return np.stack([c - h, c + h], axis=1)
+
+    def bounds_ws(self) -> np.ndarray:
+        """(2, 3) float64 bounds of everything; raises `SceneError` when there is nothing."""
+        if not len(self.instances):
+            raise SceneError("There is nothing to draw: the scene holds no visible mesh. Add one, or make a hidden one visible to the render.")
+        b = self.instance_bounds_ws()
+        return np.stack([b[:, 0].min(axis=0), b[:, 1].max(axis=0)])

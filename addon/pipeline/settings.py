@@ -1,0 +1,88 @@
+"""What a render is asked to do: frozen dataclasses, checked on creation. The only place where defaults are written."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+
+from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, require_choice
+
+TESTS = ("depth", "id-depth", "triangle")
+BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
+PCF_COUNTS = (1, 4, 9, 16, 25)
+PASSES = ("combined", "shadow", "depth", "normal", "object", "partition", "aliasing", "texel")
+DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
+
+
+@dataclass(frozen=True, slots=True)
+class TestChoice:
+    """How a receiver is compared with the map.
+
+    `depths` n of the n-SM (SMMVP §4.5); `pcf` k of PCF(k, n). `bias` in metres of light depth for 'constant', in texel footprints for
+    'slope-scaled' and 'normal-offset' (None: that strategy's usual value; 'automatic' needs none). `epsilon`, `epsilon_far` (IDD §5.4)
+    in metres, None = automatic per pixel. `id_per_material`: faces of different material slots get different ids.
+    """
+
+    __test__ = False  # not a pytest class
+
+    kind: str = "depth"
+    depths: int = 1
+    pcf: int = 1
+    bias_strategy: str = "automatic"
+    bias: float | None = None
+    epsilon: float | None = None
+    epsilon_far: float | None = None
+    id_per_material: bool = False
+
+    def __post_init__(self) -> None:
+        require_choice("Shadow test", self.kind, TESTS)
+        require_choice("Bias strategy", self.bias_strategy, BIASES)
+        require(1 <= self.depths <= 8, "The number of depths per cell (n-SM) must lie between 1 and 8.")
+        require(self.pcf in PCF_COUNTS, "PCF takes 1, 4, 9, 16 or 25 samples.")
+        for name in ("bias", "epsilon", "epsilon_far"):
+            value = getattr(self, name)
+            require(value is None or 0.0 <= value < 1e9, f"{name} must be a distance ≥ 0.")
+
+
+@dataclass(frozen=True, slots=True)
+class ShadingChoice:
+    """How the picture is lit and what it shows. Colours are linear RGB.
+
+    `ambient_sky`, `ambient_ground` hemispheric ambient light; `light_strength` scales the light; `use_object_colors` False paints all in clay;
+    `display` is what `combined` shows; `samples` camera samples per pixel of `combined` (the data passes stay at pixel centres);
+    `background` RGBA behind everything.
+    """
+
+    ambient_sky: tuple[float, float, float] = (0.32, 0.36, 0.42)
+    ambient_ground: tuple[float, float, float] = (0.16, 0.15, 0.14)
+    light_strength: float = 0.85
+    use_object_colors: bool = True
+    clay: tuple[float, float, float] = (0.6, 0.6, 0.6)
+    background: tuple[float, float, float, float] = (0.78, 0.83, 0.90, 1.0)
+    display: str = "shaded"
+    samples: int = 1
+
+    def __post_init__(self) -> None:
+        require_choice("Display", self.display, DISPLAYS)
+        require(0.0 <= self.light_strength <= 100.0, "The light strength must lie between 0 and 100.")
+        require(self.samples in (1, 4, 9, 16), "Camera samples per pixel: 1, 4, 9 or 16.")
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """Everything a render needs beside the scene, the camera and the light."""
+
+    warp: WarpChoice = field(default_factory=WarpChoice)
+    partition: PartitionChoice = field(default_factory=PartitionChoice)
+    fit: FitChoice = field(default_factory=FitChoice)
+    test: TestChoice = field(default_factory=TestChoice)
+    shading: ShadingChoice = field(default_factory=ShadingChoice)
+
+    def as_dict(self) -> dict[str, object]:
+        """Every effective value, nested, JSON-ready (the report's `settings`)."""
+        return dataclasses.asdict(self)
+
+    def replaced(self, **groups: dict[str, object]) -> Settings:
+        """A copy with fields changed, group by group: `settings.replaced(fit={"size": 2048}, warp={"kind": "psm"})`."""
+        changed = {name: dataclasses.replace(getattr(self, name), **values) for name, values in groups.items()}
+        return dataclasses.replace(self, **changed)
