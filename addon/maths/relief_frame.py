@@ -1,0 +1,140 @@
+"""The quad an impostor is captured on: facing the camera, through the front of the bounds, with RI 5-1's resolution. No GPU.
+
+The plane touches the front of the bounds, so every point has d ≥ 0 and the warp's scale is at most 1 (research/impostors.md §5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SceneError
+from .choices import require
+from .relief import ORTHOGRAPHIC_SOURCE, CaptureFrame, eye_in_plane, pixel_from_clip
+from .view import Camera
+
+SMALLEST_DISTANCE = 0.05
+"""The plane must be at least this share of the object's depth away from a perspective eye; nearer, the object surrounds the camera."""
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureChoice:
+    """How an impostor is captured.
+
+    `perspective`: rays from the camera's own eye (the warp is the identity there), else orthographic as in RI. `texels_per_pixel` of the
+    screen at capture; `max_texels` upper bound of either side (above it the texels grow); `margin_texels` empty border on every side.
+    """
+
+    perspective: bool = True
+    texels_per_pixel: float = 1.0
+    max_texels: int = 1024
+    margin_texels: int = 2
+
+    def __post_init__(self) -> None:
+        require(0.125 <= self.texels_per_pixel <= 8.0, "Texels per pixel must lie between 1/8 and 8.")
+        require(16 <= self.max_texels <= 8192, "The largest impostor texture must lie between 16 and 8192 texels.")
+        require(0 <= self.margin_texels <= 16 and 2 * self.margin_texels < self.max_texels, "The margin must lie between 0 and 16 texels.")
+
+
+def resolution_5_1(screen_px: float, object_size: float, distance: float, half_fov_rad: float, radius: float = 0.0) -> float:
+    """RI 5-1 at the front of the object: `screen_px · size / (2 · D · tan φ) · D/(D − R)`, φ half the field of view, R = `radius` < D.
+
+    RI's own form is `radius` 0, which undersamples whatever stands before the centre.
+    """
+    require(0.0 <= radius < distance, "The object's radius must be smaller than its distance.")
+    return screen_px * object_size / (2.0 * distance * np.tan(half_fov_rad)) * distance / (distance - radius)
+
+
+def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], choice: CaptureChoice = CaptureChoice()) -> CaptureFrame:
+    """The frame that captures the object inside the convex hull of `hull_ws` (n, 3) for `camera` with an image of `size` (w, h) pixels.
+
+    Its normal is the line from the eye through the hull's middle, its rows run along the camera's X as far as that allows. One texel
+    covers 1/`texels_per_pixel` pixel at the quad's centre: RI 5-1 × D/(D − R) with the plane at D − R, also off the camera's axis.
+    Raises `SceneError` for a hull without extent, with a vertex that is not finite, behind, or around the camera.
+    """
+    hull = np.asarray(hull_ws, dtype=np.float64)
+    if hull.ndim != 2 or not len(hull) or not np.isfinite(hull).all():
+        raise SceneError("The impostor's object has no finite bounds: check its mesh.")
+    extent_m = float(np.linalg.norm(hull.max(axis=0) - hull.min(axis=0)))
+    if not extent_m > 0.0:
+        raise SceneError("The impostor's object is a single point: there is nothing to capture.")
+    centre = (hull.max(axis=0) + hull.min(axis=0)) / 2.0
+    axes = _facing_axes(camera, centre)
+    eye = camera.eye_ws
+    depths = (hull - eye) @ axes[2]
+    front, depth_m = float(depths.min()), float(np.ptp(depths))
+    smallest = camera.near - depth_m if camera.is_orthographic else SMALLEST_DISTANCE * max(depth_m, 1e-3 * extent_m)
+    if not front > smallest:
+        raise SceneError("The impostor's object lies behind or around the camera: move the camera out of it or draw its geometry.")
+    return _frame(hull - eye, axes, front, depth_m, camera, size, choice)
+
+
+def _frame(hull: np.ndarray, axes: np.ndarray, front: float, depth_m: float, camera: Camera, size: tuple[int, int],
+           choice: CaptureChoice) -> CaptureFrame:
+    """The frame from axes (rows: right, down, away) and the hull relative to the eye."""
+    through_eye = choice.perspective and not camera.is_orthographic
+    across = hull @ axes[:2].T
+    if through_eye:
+        across = across * (front / (hull @ axes[2]))[:, None]
+    low, high = across.min(axis=0), across.max(axis=0)
+    middle_ws = camera.eye_ws + (low + high) / 2.0 @ axes[:2] + front * axes[2]
+    texel = 1.0 / (_pixels_per_metre(camera, size, middle_ws, axes) * choice.texels_per_pixel)
+    room = choice.max_texels - 2 * choice.margin_texels
+    texel = max(texel, float((high - low).max()) / room)
+    count = np.clip(np.ceil((high - low) / texel - 1e-9), 1, room).astype(int) + 2 * choice.margin_texels
+    world_from_plane = np.eye(4)
+    world_from_plane[:3, :3] = (axes * [[texel], [texel], [1.0]]).T
+    world_from_plane[:3, 3] = middle_ws - (count / 2.0 * texel) @ axes[:2]
+    bare = CaptureFrame(world_from_plane, ORTHOGRAPHIC_SOURCE, ORTHOGRAPHIC_SOURCE, int(count[0]), int(count[1]), depth_m)
+    eye = eye_in_plane(bare, camera)
+    return CaptureFrame(world_from_plane, eye if through_eye else ORTHOGRAPHIC_SOURCE, eye, bare.width, bare.height, depth_m)
+
+
+def _facing_axes(camera: Camera, centre_ws: np.ndarray) -> np.ndarray:
+    """(3, 3) rows right, down, away: away from the eye through `centre_ws`, right as near to the camera's X as possible."""
+    away = camera.direction_ws
+    if not camera.is_orthographic:
+        towards = centre_ws - camera.eye_ws
+        distance = float(np.linalg.norm(towards))
+        if not (distance > 0.0 and towards @ away > 0.0):
+            raise SceneError("The impostor's object lies behind the camera: turn the camera towards it.")
+        away = towards / distance
+    right = camera.world_from_view[:3, 0]
+    right = right - (right @ away) * away
+    length = float(np.linalg.norm(right))
+    right = right / length if length > 1e-6 else camera.world_from_view[:3, 1]
+    down = np.cross(away, right)
+    return np.stack([right, down / np.linalg.norm(down), away])
+
+
+def _pixels_per_metre(camera: Camera, size: tuple[int, int], point_ws: np.ndarray, axes: np.ndarray) -> float:
+    """Largest stretch of the projection of the plane at `point_ws` along `axes[:2]`: the largest singular value of its Jacobian."""
+    projection = pixel_from_clip(size) @ camera.clip_from_world
+    image = projection @ np.append(point_ws, 1.0)
+    if not image[2] > 0.0:
+        raise SceneError("The impostor's object lies beside the camera: turn the camera towards it.")
+    along = projection[:, :3] @ axes[:2].T
+    jacobian = (along[:2] - np.outer(image[:2] / image[2], along[2])) / image[2]
+    return float(np.linalg.svd(jacobian, compute_uv=False)[0])
+
+
+def visible_extent(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera) -> np.ndarray:
+    """(2, 2) smallest and largest (u, v) on the plane under which `camera` can see the hull's content: the quad to draw.
+
+    It reaches beyond the texture where the epipole lies outside it. The eye must stand before the plane (`relief_warp`).
+    """
+    hull = np.asarray(hull_ws, dtype=np.float64)
+    points = np.concatenate([hull, np.ones((len(hull), 1))], axis=1) @ frame.plane_from_world.T
+    eye = eye_in_plane(frame, camera)
+    depth = np.maximum(points[:, 2:3], 0.0)
+    on_plane = (points[:, :2] - depth / eye[2] * eye[:2]) / (1.0 - depth / eye[2] * eye[3])
+    return np.stack([on_plane.min(axis=0), on_plane.max(axis=0)])
+
+
+def tilt_rad(frame: CaptureFrame, camera: Camera) -> float:
+    """Angle at the quad's centre between the normal towards the capture's side and the direction to the camera's eye; above π/2: behind."""
+    middle = frame.world_from_plane @ [*frame.centre_uv, 0.0, 1.0]
+    towards = -camera.direction_ws if camera.is_orthographic else camera.eye_ws - middle[:3]
+    normal = -frame.world_from_plane[:3, 2]
+    return float(np.arctan2(np.linalg.norm(np.cross(normal, towards)), normal @ towards))
