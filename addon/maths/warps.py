@@ -1,0 +1,259 @@
+"""The warp parameter n' of every method of the texts: how strongly one shadow map is warped towards the viewer.
+
+What it is: numbers from (near, far, φ, γ). What it is not: the fitted matrices (`fit.py`), the map t(v) itself (`spacing.py`), the errors
+(`errors.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3, research/shadows.md §6.
+
+n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view frustum
+V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter here is
+positive or ∞, never NaN, continuous in γ, and ∞ at γ = 0, where the warp has no direction.
+"""
+
+from __future__ import annotations
+
+from math import atan, atan2, cos, expm1, inf, isnan, log1p, pi, radians, sin, sqrt, tan
+
+from .choices import WarpChoice, require
+
+DIRECT_FADE_RAD = radians(5.0)
+"""Below this γ even a parameter given by hand fades: z_ls, the warp's direction, turns over as the light passes through the view axis."""
+
+TSM_SHARE = 0.8
+"""The 80 % rule: the share of the map that the trapezoid gives to what lies before the focus (research/shadows.md §6, ξ = −0.6)."""
+
+LOG_SPREAD = 5.0
+"""Largest on-axis m_x of the log warps with their apex in the eye, `1/(1 − tan φ / tan γ)`; below the γ where it is reached they fade."""
+
+
+# --- the shape of P ---------------------------------------------------------------------------------------------------------------
+
+
+def warp_depth(near: float, far: float, half_fov_rad: float, gamma_rad: float) -> float:
+    """Depth f' − n' of P along z_ls, metres: `(a+b) cos γ + (f−n) sin γ` for φ ≤ γ, `2 b cos γ` below (T4 (36)). Continuous, ≥ 0."""
+    a, b = near * tan(half_fov_rad), far * tan(half_fov_rad)
+    if gamma_rad < half_fov_rad:
+        return 2.0 * b * cos(gamma_rad)
+    return (a + b) * cos(gamma_rad) + (far - near) * sin(gamma_rad)
+
+
+def far_parameter(parameter: float, near: float, far: float, half_fov_rad: float, gamma_rad: float) -> float:
+    """f', distance from P's apex to its far plane, metres (T4 (22), (36)); ∞ for the uniform map."""
+    return parameter + warp_depth(near, far, half_fov_rad, gamma_rad)
+
+
+def gamma_lim_rad(near: float, far: float, half_fov_rad: float) -> float:
+    """γ_lim = arctan((a+b)/(f−n)), the γ below which near and far plane overlap in the light's view (T4 (40)); φ < γ_lim ≤ π/2.
+
+    0 for an orthographic camera (φ = 0): its planes never overlap while the light is inclined.
+    """
+    return atan2((near + far) * tan(half_fov_rad), far - near) if half_fov_rad > 0.0 else 0.0
+
+
+# --- strength: n', η, ω -----------------------------------------------------------------------------------------------------------
+
+
+def lispsm_parameter(near: float, far: float) -> float:
+    """n' = n + √(fn), equal m_z at both ends for light ⟂ view (T4 (27), LogPSM 5.29)."""
+    return near + sqrt(near * far)
+
+
+def pseudo_near_parameter(near: float, far: float, sub_near: float, sub_far: float | None = None) -> float:
+    """n' that minimises S over view depths [sub_near, sub_far] ⊂ [near, far] alone, light ⟂ view (LogPSM 5.64, 5.65).
+
+    The larger of `n + √(z₁ z₂)` and the floor of `pseudo_near_floor`; (27) when the whole range counts.
+    """
+    sub_far = far if sub_far is None else sub_far
+    return max(near + sqrt(sub_near * sub_far), (far - near) * pseudo_near_floor((sub_near - near) / (far - near)))
+
+
+def pseudo_near_floor(v: float) -> float:
+    """n̄' ≥ v/(2−3v), where dS(v)/dn̄' = 0; ∞ from v = 2/3 on (LogPSM 5.65). `v ≥ 0` is the pseudo-near plane's place in P's depth."""
+    return v / (2.0 - 3.0 * v) if v < 2.0 / 3.0 else inf
+
+
+def parameter_from_eta(eta: float, near: float, far: float, depth: float | None = None, balanced: float | None = None) -> float:
+    """n' of η ∈ [−1, 1]; −1, 0, 1 are uniform, LiSPSM, PSM (T4 (33), its missing n mended; LogPSM 5.32–5.34).
+
+    `depth` is P's depth f' − n' (default f − n, that is light ⟂ view): n̄' = n'/depth depends on η and f/n alone.
+    `balanced` replaces n + √(fn) as the parameter of η = 0, for light ⟂ view.
+    """
+    balanced = lispsm_parameter(near, far) if balanced is None else balanced
+    scale = 1.0 if depth is None else depth / (far - near)
+    if eta <= -1.0 or balanced == inf:
+        return inf
+    if eta < 0.0:
+        return scale * (balanced - eta * (far - near)) / (eta + 1.0)
+    return scale * near * balanced / (near + eta * (balanced - near))
+
+
+def eta_from_parameter(parameter: float, near: float, far: float, depth: float | None = None) -> float:
+    """η of n', the inverse of `parameter_from_eta` (T4 (32)); −1 for ∞, above 1 for a warp stronger than PSM."""
+    if parameter == inf or not 0.0 < near < far:
+        return -1.0
+    parameter = parameter if depth is None else parameter * (far - near) / depth
+    balanced = lispsm_parameter(near, far)
+    if parameter > balanced:
+        return (balanced - parameter) / (parameter + far - near)
+    return near * (balanced - parameter) / (parameter * (balanced - near))
+
+
+def parameter_from_omega(omega: float, near: float, far: float, depth: float | None = None) -> float:
+    """n' of ω ∈ [0, 1]: `n̄' = (n̄'₀+1)/ω − 1` (LogPSM 5.31 mended); ω = 0 uniform, ω = 1 PSM. M_x is linear in ω."""
+    depth = far - near if depth is None else depth
+    return inf if omega <= 0.0 else depth * (far / (far - near) / omega - 1.0)
+
+
+def omega_from_parameter(parameter: float, near: float, far: float, depth: float | None = None) -> float:
+    """ω = (n̄'₀+1)/(n̄'+1), the inverse of `parameter_from_omega` (LogPSM 5.30 mended); 0 for ∞."""
+    depth = far - near if depth is None else depth
+    return 0.0 if parameter == inf else far / (far - near) / (parameter / depth + 1.0)
+
+
+# --- fading -----------------------------------------------------------------------------------------------------------------------
+
+
+def convergence(gamma_rad: float, limit_rad: float, kind: str) -> float:
+    """r(γ): 1 from `limit_rad` up, smooth down to 0 at γ = 0; 'sine' T4 (43), 'quadratic' T4 (44)."""
+    if gamma_rad >= limit_rad:
+        return 1.0
+    x = gamma_rad / limit_rad
+    return sin(x * pi / 2.0) if kind == "sine" else (1.0 - cos(x * pi / 2.0)) ** 2
+
+
+def _faded(parameter: float, depth_at_limit: float, depth: float, r: float) -> float:
+    """The n' whose ln(f'/n') is r times the one at the limit: every warp strength fades alike, however small its n' was."""
+    grown = expm1(min(log1p(depth_at_limit / parameter), 600.0) * r)
+    return depth / grown if grown > 0.0 else inf
+
+
+# --- the methods ------------------------------------------------------------------------------------------------------------------
+
+
+def lloyd_eta(half_fov_rad: float, gamma_rad: float) -> float:
+    """Lloyd's ramp η(γ) from −1 (uniform) below φ/3 to 0 (LiSPSM) well above φ (method §3; thesis §5.2, corrected)."""
+    low, mid, eta_mid = half_fov_rad / 3.0, half_fov_rad, -0.2
+    high = mid + 0.3 * (pi / 2.0 - mid)
+    if gamma_rad <= low:
+        return -1.0
+    if gamma_rad < mid:
+        return -1.0 + (eta_mid + 1.0) * (1.0 - cos(pi / 2.0 * (gamma_rad - low) / (mid - low)))
+    return eta_mid - eta_mid * sin(pi / 2.0 * min((gamma_rad - mid) / (high - mid), 1.0))
+
+
+def lispsm_general_parameter(near: float, far: float, half_fov_rad: float, gamma_rad: float, kind: str = "quadratic", balanced: float | None = None) -> float:
+    """n' of the generalised LiSPSM (T4 (42)): `n'₁ = (n+√(fn)) sin γ − a cos γ` (39) from γ_lim up, `n'₁(γ_lim)/r(γ)` below."""
+    limit = gamma_lim_rad(near, far, half_fov_rad)
+    g = max(gamma_rad, limit)
+    balanced = lispsm_parameter(near, far) if balanced is None else balanced
+    first = balanced * sin(g) - near * tan(half_fov_rad) * cos(g)
+    r = convergence(gamma_rad, limit, kind)
+    return first / r if r > 0.0 else inf
+
+
+def log_apex_parameter(near: float, far: float, half_fov_rad: float, gamma_rad: float, kind: str = "quadratic", apex: float | None = None) -> float:
+    """n' of the log warps: `N sin γ − a cos γ` with N = n, the apex in the eye, so that m_z is the same at every depth (LogPSM 5.41, 5.42).
+
+    From `log_limit_rad` up; below it ln(f'/n') fades by r(γ). `apex` replaces N (the pseudo-near optimum of LogPSM §5.1.9).
+    """
+    limit = log_limit_rad(near, far, half_fov_rad)
+    apex = near if apex is None else apex
+
+    def unfaded(g: float) -> float:
+        return apex * sin(g) - near * tan(half_fov_rad) * cos(g)
+
+    if gamma_rad >= limit:
+        return unfaded(gamma_rad)
+    r = convergence(gamma_rad, limit, kind)
+    return _faded(unfaded(limit), warp_depth(near, far, half_fov_rad, limit), warp_depth(near, far, half_fov_rad, gamma_rad), r)
+
+
+def log_limit_rad(near: float, far: float, half_fov_rad: float) -> float:
+    """The γ below which the log warps fade: γ_lim, or where the fan of rays of V, seen by the light, spreads m_x beyond `LOG_SPREAD`."""
+    return max(gamma_lim_rad(near, far, half_fov_rad), atan(tan(half_fov_rad) / (1.0 - 1.0 / LOG_SPREAD)))
+
+
+def log_apex(near: float, far: float, sub_near: float, perspective_s: bool) -> float:
+    """N = n' for light ⟂ view that minimises S of a log warp over [sub_near, far] (LogPSM §5.1.9, end). N = n when sub_near = n.
+
+    The text leaves the search open; golden-section search over η ∈ [−1, 1], as it suggests.
+    """
+    v, nn = (sub_near - near) / (far - near), near / (far - near)
+    if not v > 0.0:
+        return near
+
+    def storage(eta: float) -> float:
+        n_bar = parameter_from_eta(eta, near, far) / (far - near)
+        t = log1p(1.0 / n_bar) * (v + n_bar)
+        return t * (v + n_bar) / (n_bar + 1.0) if perspective_s else t
+
+    lo, hi, golden = -1.0 + 1e-9, 1.0, (sqrt(5.0) - 1.0) / 2.0
+    for _ in range(64):
+        left, right = hi - golden * (hi - lo), lo + golden * (hi - lo)
+        lo, hi = (lo, right) if storage(left) < storage(right) else (left, hi)
+    return max(nn * (far - near), parameter_from_eta((lo + hi) / 2.0, near, far))
+
+
+def _tsm_parameter(near: float, far: float, half_fov_rad: float, gamma_rad: float) -> float:
+    """n' that gives `TSM_SHARE` of the map to what lies before the focus at √(nf): `n̄' = d (1−p)/(p−d)`, never stronger than PSM."""
+    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+    focus = (near * tan(half_fov_rad) * cos(gamma_rad) + (sqrt(near * far) - near) * sin(gamma_rad)) / depth
+    trapezoid = focus * (1.0 - TSM_SHARE) / (TSM_SHARE - focus) if focus < TSM_SHARE else inf
+    return depth * max(trapezoid, near / (far - near))
+
+
+def _ratio_parameter(choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, sub_near: float) -> float:
+    """n' of PSM (f'/n' = f/n at every γ) and TSM, with the pseudo-near floor; ln(f'/n') fades below γ_lim."""
+    limit = gamma_lim_rad(near, far, half_fov_rad)
+    g = max(gamma_rad, limit)
+    depth = warp_depth(near, far, half_fov_rad, g)
+    plain = _tsm_parameter(near, far, half_fov_rad, g) if choice.kind == "tsm" else depth * near / (far - near)
+    parameter = max(plain, depth * pseudo_near_floor((sub_near - near) * sin(g) / depth))
+    if gamma_rad >= limit or parameter == inf:
+        return parameter
+    r = convergence(gamma_rad, limit, choice.convergence)
+    return _faded(parameter, depth, warp_depth(near, far, half_fov_rad, gamma_rad), r)
+
+
+def _direct_parameter(choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, balanced: float) -> float:
+    """n' given by hand, as n' or as η, faded only below `DIRECT_FADE_RAD`."""
+    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+    parameter = choice.parameter if choice.eta is None else parameter_from_eta(choice.eta, near, far, depth, balanced)
+    limit = min(gamma_lim_rad(near, far, half_fov_rad), DIRECT_FADE_RAD)
+    if gamma_rad >= limit or parameter == inf:
+        return parameter
+    return _faded(parameter, depth, depth, convergence(gamma_rad, limit, choice.convergence))
+
+
+def warp_parameter(
+    choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, sub_near: float | None = None, sub_far: float | None = None
+) -> float:
+    """n' in metres of one map over view depths [near, far]; ∞ = uniform. In (0, ∞], never NaN, continuous in γ, ∞ at γ = 0.
+
+    `sub_near`, `sub_far`: the view depths whose error counts, when less than the map covers (default all; `choice.pseudo_near` raises
+    `sub_near`). A map that ends before the pseudo-near plane is uniform (LogPSM 5.65 for v_np > 2/3).
+    ∞ where there is nothing to warp for: an orthographic camera (φ = 0) sees every depth alike, and near ≥ far is an empty range.
+    Methods: 'lispsm' (n+√(fn))/sin γ (Wimmer); 'lispsm-general' T4 (42); 'lloyd' η(γ); 'psm' f'/n' = f/n; 'tsm' 80 % rule;
+    'log', 'logpsm' the n' that makes m_z constant. `choice.eta` and `choice.parameter` override them. Raises SettingsError on NaN.
+    """
+    require(not any(isnan(x) for x in (near, far, half_fov_rad, gamma_rad)), "The view's distances and angles must be numbers.")
+    gamma_rad = min(max(gamma_rad, 0.0), pi / 2.0)
+    if half_fov_rad <= 0.0 or gamma_rad == 0.0 or not near < far:
+        return inf
+    require(0.0 < near and far < inf and half_fov_rad < pi / 2.0, "A perspective view needs 0 < near < far and a field of view below 180°.")
+    z2 = far if sub_far is None else min(max(sub_far, near), far)
+    z1 = min(max(near, near if sub_near is None else sub_near, choice.pseudo_near or near), z2)
+    balanced = pseudo_near_parameter(near, far, z1, z2)
+    if choice.parameter is not None or choice.eta is not None:
+        return _direct_parameter(choice, near, far, half_fov_rad, gamma_rad, balanced)
+    if choice.is_logarithmic:
+        apex = log_apex(near, far, z1, choice.kind == "logpsm")
+        return log_apex_parameter(near, far, half_fov_rad, gamma_rad, choice.convergence, apex)
+    if choice.kind == "uniform" or balanced == inf:
+        return inf
+    if choice.kind == "lispsm":
+        return balanced / sin(gamma_rad)
+    if choice.kind == "lispsm-general":
+        return lispsm_general_parameter(near, far, half_fov_rad, gamma_rad, choice.convergence, balanced)
+    if choice.kind == "lloyd":
+        depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+        return parameter_from_eta(lloyd_eta(half_fov_rad, gamma_rad), near, far, depth, balanced)
+    return _ratio_parameter(choice, near, far, half_fov_rad, gamma_rad, z1)
