@@ -1,0 +1,167 @@
+"""A preview against the truth, in numbers: misclassified, acne, leak, edge displacement. Images in, numbers out; no rays, no GPU.
+
+Edges live between pixels: a *crack* is the midpoint of two neighbouring pixel centres. All distances are exact Euclidean distances in
+pixels on the grid of half pixels, on which centres and cracks both lie. Rules and names: the contract's `truth`, issue "Shadow tests".
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+SMALLEST_RADIUS_PX = 2.0
+LARGEST_DISTANCE_PX = 64.0
+ACNE_THRESHOLD = 0.01
+KEYS = ("misclassified_pct", "acne_pct", "leak_pct", "edge_px_median", "edge_px_p95")
+ACNE_COLOR, LEAK_COLOR, EDGE_COLOR = (0.90, 0.10, 0.10), (0.10, 0.35, 0.95), (0.95, 0.75, 0.10)
+
+
+@dataclass(frozen=True, eq=False)
+class Cracks:
+    """Booleans between neighbours of an (h, w) image: `across` (h, w−1) left | right, `down` (h−1, w) upper / lower."""
+
+    across: np.ndarray
+    down: np.ndarray
+
+    def __or__(self, other: Cracks) -> Cracks:
+        return Cracks(self.across | other.across, self.down | other.down)
+
+    def __and__(self, other: Cracks) -> Cracks:
+        return Cracks(self.across & other.across, self.down & other.down)
+
+    def __invert__(self) -> Cracks:
+        return Cracks(~self.across, ~self.down)
+
+    def on_half_pixels(self) -> np.ndarray:
+        """(2h−1, 2w−1) bool: centres at even-even places (False), cracks between them."""
+        height, width = self.across.shape[0], self.down.shape[1]
+        grid = np.zeros((2 * height - 1, 2 * width - 1), dtype=bool)
+        grid[0::2, 1::2] = self.across
+        grid[1::2, 0::2] = self.down
+        return grid
+
+
+def changes(image: np.ndarray) -> Cracks:
+    """Where neighbours of an (h, w) image of labels differ."""
+    return Cracks(image[:, 1:] != image[:, :-1], image[1:] != image[:-1])
+
+
+def both(mask: np.ndarray) -> Cracks:
+    """Where both neighbours are True."""
+    return Cracks(mask[:, 1:] & mask[:, :-1], mask[1:] & mask[:-1])
+
+
+def depth_breaks(points: np.ndarray, normals: np.ndarray, pixel_size: np.ndarray) -> Cracks:
+    """Where neighbours do not lie on one continuous surface.
+
+    Two visible points belong together when at least one lies within 1.5 pixels of the other's tangent plane: creases pass, steps do not.
+    `points`, `normals` (h, w, 3); `pixel_size` (h, w) metres covered by a pixel that faces the camera there.
+    """
+    def step(a: tuple[slice, slice], b: tuple[slice, slice]) -> np.ndarray:
+        offset = points[b] - points[a]
+        from_a, from_b = (np.abs(np.einsum("ijk,ijk->ij", offset, normals[s])) for s in (a, b))
+        return np.minimum(from_a, from_b) > 1.5 * np.maximum(pixel_size[a], pixel_size[b])
+
+    every, later, earlier = slice(None), slice(1, None), slice(None, -1)
+    return Cracks(step((every, earlier), (every, later)), step((earlier, every), (later, every)))
+
+
+def distances(marks: np.ndarray, limit: int) -> np.ndarray:
+    """Exact Euclidean distance from every cell of a grid to the nearest marked cell, in cells; `limit` where none is nearer than that.
+
+    Separable: nearest mark in the row by running extrema, then the lower envelope over rows, widened until no row can win any more.
+    """
+    rows, columns = marks.shape
+    index = np.arange(columns)
+    before = np.maximum.accumulate(np.where(marks, index, -limit), axis=1)
+    after = np.minimum.accumulate(np.where(marks, index, columns - 1 + limit)[:, ::-1], axis=1)[:, ::-1]
+    in_row = np.minimum(np.minimum(index - before, after - index), limit).astype(np.int64) ** 2
+    best = in_row.copy()
+    for shift in range(1, min(limit, rows)):
+        if shift * shift >= best.max():
+            break
+        np.minimum(best[shift:], in_row[:-shift] + shift * shift, out=best[shift:])
+        np.minimum(best[:-shift], in_row[shift:] + shift * shift, out=best[:-shift])
+    return np.sqrt(best.astype(np.float64))
+
+
+def distance_to_edges_px(edges: Cracks) -> np.ndarray:
+    """(h, w) distance in pixels from every pixel centre to the nearest crack that is set, or to the border of the image, whichever is nearer.
+
+    What lies beyond the border is not known, so the border counts as an edge. At most `LARGEST_DISTANCE_PX`.
+    """
+    grid = edges.on_half_pixels()
+    inner = distances(grid, int(2 * LARGEST_DISTANCE_PX))[0::2, 0::2] / 2.0
+    height, width = inner.shape
+    from_top, from_left = np.arange(height) + 0.5, np.arange(width) + 0.5
+    vertical, horizontal = np.minimum(from_top, from_top[::-1]), np.minimum(from_left, from_left[::-1])
+    return np.minimum(inner, np.minimum(vertical[:, None], horizontal[None, :]))
+
+
+def is_uniform(edges: Cracks, texel_px: np.ndarray | float) -> np.ndarray:
+    """(h, w): no edge within two pixels or one texel's footprint, whichever is larger (a footprint above 64 pixels is never uniform)."""
+    return distance_to_edges_px(edges) > np.maximum(SMALLEST_RADIUS_PX, texel_px)
+
+
+def edge_displacements_px(truth_edges: Cracks, preview_edges: Cracks) -> tuple[np.ndarray, np.ndarray]:
+    """For every true shadow edge (crack): its distance to the nearest edge of the preview, in pixels, 64 where there is none.
+
+    Returns (E,) distances and (E, 2) rows and columns of the pixels above or left of the cracks.
+    """
+    truth, preview = truth_edges.on_half_pixels(), preview_edges.on_half_pixels()
+    where = np.argwhere(truth)
+    return distances(preview, int(2 * LARGEST_DISTANCE_PX))[truth] / 2.0, where // 2
+
+
+@dataclass(frozen=True, eq=False)
+class Classes:
+    """What each pixel of the preview is, (h, w) bool: `counted` the pixels compared (lit-facing in truth, same surface in the preview),
+    `too_dark` and `too_light` the misclassified ones, `acne` and `leak` those of them that no edge excuses."""
+
+    counted: np.ndarray
+    too_dark: np.ndarray
+    too_light: np.ndarray
+    acne: np.ndarray
+    leak: np.ndarray
+
+
+def classify(lit: np.ndarray, shadow: np.ndarray, counted: np.ndarray, facing: np.ndarray, uniform: np.ndarray) -> Classes:
+    """Compare `lit` (truth, bool) with `shadow` (preview, light reaching the surface 0…1, dark below ½), both (h, w).
+
+    Acne: dark here, lit in truth, facing the light by more than `ACNE_THRESHOLD` (cosine), truth uniform around.
+    Leak: lit here, dark in truth, truth uniform around.
+    """
+    lit_here = shadow >= 0.5
+    too_dark, too_light = counted & lit & ~lit_here, counted & ~lit & lit_here
+    return Classes(counted, too_dark, too_light, too_dark & uniform & (facing > ACNE_THRESHOLD), too_light & uniform)
+
+
+def statistics(classes: Classes, displacement_px: np.ndarray, where: np.ndarray | None = None) -> dict[str, float | int | None]:
+    """The contract's `truth`: percentages of the counted pixels (inside `where` if given); None where nothing can be counted."""
+    inside = classes.counted if where is None else classes.counted & where
+    pixels = int(inside.sum())
+
+    def percent(mask: np.ndarray) -> float | None:
+        return 100.0 * int((mask & inside).sum()) / pixels if pixels else None
+
+    has_edges = displacement_px.size > 0
+    return {"pixels": pixels,
+            "misclassified_pct": percent(classes.too_dark | classes.too_light),
+            "acne_pct": percent(classes.acne),
+            "leak_pct": percent(classes.leak),
+            "edge_px_median": float(np.median(displacement_px)) if has_edges else None,
+            "edge_px_p95": float(np.percentile(displacement_px, 95.0)) if has_edges else None}
+
+
+def difference_image(classes: Classes, lit: np.ndarray, background: np.ndarray) -> np.ndarray:
+    """(h, w, 3) float32: red acne, blue leak, yellow what is within an edge's reach; grey where truth and preview agree.
+
+    Grey tells the truth: light lit, middle dark or turned away; white where `background` (nothing visible).
+    """
+    grey = np.where(background, 1.0, np.where(lit, 0.75, 0.45)).astype(np.float32)
+    image = np.repeat(grey[..., None], 3, axis=-1)
+    image[classes.too_dark | classes.too_light] = EDGE_COLOR
+    image[classes.acne] = ACNE_COLOR
+    image[classes.leak] = LEAK_COLOR
+    return image

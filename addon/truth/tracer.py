@@ -1,0 +1,125 @@
+"""Primary and shadow rays through pixel centres: is the visible surface point lit by the hard light?
+
+A surface does not shadow itself: the shadow ray starts the float32 noise above the visible surface, on the viewer's side, so that the own
+triangle, its neighbours in the plane, coincident duplicates and back-to-back doubled faces lie behind it. Whether the sheet's own back
+stands between the point and the light is not asked of rays but of the geometric normal: the side turned to the viewer must face the light.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..maths.choices import require_choice
+from ..maths.view import Camera, Light
+from ..pipeline.scene import Scene
+from .backends import BACKENDS, Backend
+from .triangles import WorldTriangles, world_triangles
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What the rays found; arrays of one shape S: (h, w) row 0 at the top for a picture, (K,) for single points.
+
+    `depth` view depth in metres, inf = nothing; `object` int32, −1 = nothing; `triangle` int64 in the order of `world_triangles`, −1 = nothing;
+    `point_ws`, `normal_ws` (S, 3) float64, exact in the triangle's plane, normal turned to the viewer (zeros where nothing);
+    `facing` cosine between that normal and the light's direction; `lit_facing` facing > 0 and within the light's cone;
+    `lit` lit-facing with nothing between the point and the light.
+    """
+
+    depth: np.ndarray
+    object: np.ndarray
+    triangle: np.ndarray
+    point_ws: np.ndarray
+    normal_ws: np.ndarray
+    facing: np.ndarray
+    lit_facing: np.ndarray
+    lit: np.ndarray
+
+    def reshaped(self, shape: tuple[int, ...]) -> Truth:
+        """The same values in another shape S."""
+        return Truth(**{name: array.reshape(*shape, *array.shape[1:]) for name, array in vars(self).items()})
+
+
+def pixel_centres(size: tuple[int, int]) -> np.ndarray:
+    """(h·w, 2) pixel coordinates x, y of all centres (half integers, y downwards), row by row from the top."""
+    width, height = size
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    return np.stack([x.ravel(), y.ravel()], axis=-1)
+
+
+def pixel_rays(camera: Camera, size: tuple[int, int], pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rays from the near to the far plane through K pixel coordinates: origins (K, 3), unit directions (K, 3), lengths (K,); float64."""
+    width, height = size
+    ndc = np.stack([2.0 * pixels[:, 0] / width - 1.0, 1.0 - 2.0 * pixels[:, 1] / height], axis=-1)
+    world_from_clip = np.linalg.inv(camera.clip_from_world)
+    ends = []
+    for depth in (-1.0, 1.0):
+        clip = np.concatenate([ndc, np.full((len(ndc), 1), depth), np.ones((len(ndc), 1))], axis=1)
+        world = clip @ world_from_clip.T
+        ends.append(world[:, :3] / world[:, 3:])
+    span = ends[1] - ends[0]
+    length = np.linalg.norm(span, axis=1)
+    return ends[0], span / length[:, None], length
+
+
+def directions_to_light(light: Light, points_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From K points towards the light: unit directions (K, 3), distances (K,) (inf for a sun), and whether the point is in the cone."""
+    if light.kind == "sun":
+        return np.broadcast_to(light.direction_ws, points_ws.shape), np.full(len(points_ws), np.inf), np.ones(len(points_ws), dtype=bool)
+    offset = np.asarray(light.position_ws, dtype=np.float64) - points_ws
+    distance = np.maximum(np.linalg.norm(offset, axis=1), np.finfo(np.float64).tiny)
+    direction = offset / distance[:, None]
+    inside = direction @ light.direction_ws > np.cos(light.cone_rad) if light.kind == "spot" else np.ones(len(points_ws), dtype=bool)
+    return direction, distance, inside
+
+
+class TruthTracer:
+    """Traces one frozen scene; built once (seconds per million triangles), asked for any number of views and lights."""
+
+    def __init__(self, scene: Scene, backend: str = "blender") -> None:
+        require_choice("Ray tracer", backend, tuple(BACKENDS))
+        self.triangles: WorldTriangles = world_triangles(scene)
+        self._backend: Backend = BACKENDS[backend](self.triangles.corners)
+
+    def trace(self, camera: Camera, light: Light, size: tuple[int, int]) -> Truth:
+        """The truth at every pixel centre of a picture of `size` (width, height)."""
+        return self.sample(camera, light, size, pixel_centres(size)).reshaped((size[1], size[0]))
+
+    def sample(self, camera: Camera, light: Light, size: tuple[int, int], pixels: np.ndarray) -> Truth:
+        """The truth at K pixel coordinates (K, 2) of that picture, not necessarily centres."""
+        origins, directions, lengths = pixel_rays(camera, size, pixels)
+        triangle, distance = self._backend.nearest(origins, directions, lengths)
+        seen = triangle >= 0
+        point, normal = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3))
+        point[seen], normal[seen] = self._surface(origins[seen], directions[seen], triangle[seen], distance[seen])
+        to_light, light_distance, in_cone = directions_to_light(light, point)
+        facing = np.einsum("ij,ij->i", normal, to_light)
+        lit_facing = seen & in_cone & (facing > 0.0)
+        lit = lit_facing.copy()
+        lit[lit_facing] = ~self._blocked(point[lit_facing], normal[lit_facing], triangle[lit_facing],
+                                         to_light[lit_facing], light_distance[lit_facing])
+        depth = np.where(seen, (point - camera.eye_ws) @ camera.direction_ws, np.inf)
+        object_id = np.full(len(pixels), -1, dtype=np.int32)
+        object_id[seen] = self.triangles.object_id[triangle[seen]]
+        return Truth(depth, object_id, triangle, point, normal, facing, lit_facing, lit)
+
+    def _surface(self, origins: np.ndarray, directions: np.ndarray, triangle: np.ndarray, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points exactly in the plane of the triangles hit, and normals turned to the viewer.
+
+        A ray within 0.001° of the plane keeps the tracer's own distance: the plane would amplify noise instead of removing it.
+        """
+        normal = self.triangles.normal[triangle]
+        slope = np.einsum("ij,ij->i", normal, directions)
+        height = np.einsum("ij,ij->i", normal, self.triangles.corners[triangle, 0] - origins)
+        steep = np.abs(slope) > 1.7e-5
+        exact = np.where(steep, height / np.where(steep, slope, 1.0), distance)
+        return origins + directions * exact[:, None], np.where(slope[:, None] > 0.0, -normal, normal)
+
+    def _blocked(self, point: np.ndarray, normal: np.ndarray, triangle: np.ndarray, to_light: np.ndarray, light_distance: np.ndarray) -> np.ndarray:
+        """Whether something other than the surface itself lies between the points and the light (which has the same noise)."""
+        noise = self.triangles.noise[triangle]
+        starts = point + normal * noise[:, None]
+        limits = np.minimum(np.maximum(light_distance - noise, 0.0), 2.0 * self.triangles.reach)
+        return self._backend.blocked(starts, to_light, limits)
