@@ -1,0 +1,55 @@
+"""CAD files to `CadModel`: parts, shared meshes, colours, units. No bpy; the one place where CAD files are opened.
+
+Readers: trimesh's loaders for glTF, STL, OBJ, PLY, OFF; cascadio for STEP; our own for 3MF (trimesh's needs lxml and networkx).
+Everything is parsed before this returns, so a caller that fails here has not touched the user's scene.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+from ..cad_model import CadModel
+from ..errors import CadFileError
+from .assemble import assemble
+from .gltf import read_gltf
+from .obj import read_obj
+from .raw import RawFile
+from .single import read_single
+from .sniff import SUFFIXES, checked_path
+from .step import read_step
+from .threemf import read_3mf
+from .units import FORMAT_DEFAULTS, METRES_PER_UNIT, UPS
+
+__all__ = ["FORMAT_DEFAULTS", "METRES_PER_UNIT", "SUFFIXES", "UPS", "read"]
+
+READERS: dict[str, Callable[[Path], RawFile]] = {
+    ".glb": read_gltf, ".gltf": read_gltf, ".stl": read_single, ".ply": read_single, ".off": read_single, ".obj": read_obj,
+    ".3mf": read_3mf, ".step": read_step, ".stp": read_step,
+}
+log = logging.getLogger(__name__)
+
+
+def read(path: str | Path, units: str | None = None, up: str | None = None) -> CadModel:
+    """Read a CAD file into metres and Z up.
+
+    `units` ('mm', 'in', 'metre', …) and `up` ('Y', 'Z', '-Z', …) override what the file or its format says. A guess is a line in
+    `warnings`. Raises `CadFileError`, one line that says what to do, when the file is missing, unreadable, of another type, or has no face.
+    """
+    file = checked_path(path)
+    try:
+        raw = READERS[file.suffix.lower()](file)
+    except CadFileError:
+        raise
+    except MemoryError as error:
+        raise CadFileError(f"{file.name} needs more memory than there is: split it, or close other programs.") from error
+    except Exception as error:  # a parser of a foreign format may fail in any way on damaged bytes
+        log.debug("reading %s failed", file, exc_info=True)
+        raise CadFileError(f"{file.name} cannot be read ({_reason(error)}): it may be damaged. Export it again.") from error
+    return assemble(raw, file, units, up)
+
+
+def _reason(error: Exception) -> str:
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__

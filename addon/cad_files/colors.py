@@ -1,0 +1,38 @@
+"""Colours of CAD files to linear RGBA, and faces grouped by colour into material slots."""
+
+from __future__ import annotations
+
+import numpy as np
+
+MAX_SLOTS = 16
+
+
+def linear_from_srgb(color: np.ndarray) -> np.ndarray:
+    """IEC 61966-2-1 decoding of RGB(A) in 0…1; alpha stays as it is."""
+    out = np.array(color, dtype=np.float64)
+    rgb = out[..., :3]
+    out[..., :3] = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return out
+
+
+def rgba(colors: np.ndarray, *, is_srgb: bool) -> np.ndarray:
+    """(N, 4) float64 linear in 0…1 from (N, 3) or (N, 4) of bytes, 16-bit integers or floats."""
+    array = np.asarray(colors)
+    scale = float(np.iinfo(array.dtype).max) if array.dtype.kind in "ui" else 1.0
+    unit = np.clip(np.nan_to_num(array.astype(np.float64) / scale), 0.0, 1.0)
+    if unit.shape[1] == 3:
+        unit = np.concatenate([unit, np.ones((len(unit), 1))], axis=1)
+    return linear_from_srgb(unit) if is_srgb else unit
+
+
+def color_slots(triangle_colors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Claim: (S, 4) colours, S ≤ `MAX_SLOTS`, and the slot (T,) of each triangle. More colours than that become their mean.
+
+    Colours are told apart at 1/255, as files store them.
+    """
+    steps = np.rint(triangle_colors * 255.0).astype(np.int64)
+    key = steps @ np.array([1 << 24, 1 << 16, 1 << 8, 1])
+    _, first, slots = np.unique(key, return_index=True, return_inverse=True)
+    if len(first) > MAX_SLOTS:
+        return triangle_colors.mean(axis=0, keepdims=True), np.zeros(len(triangle_colors), dtype=np.int32)
+    return triangle_colors[first], slots.astype(np.int32).ravel()

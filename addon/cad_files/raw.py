@@ -1,0 +1,44 @@
+"""What a reader of one format hands over, in the file's own unit and axes, before `cad_files.read` makes a `CadModel` of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..cad_model import CadMaterial
+
+
+@dataclass(eq=False)
+class RawPiece:
+    """Triangles of one material: `positions` (V, 3), `triangles` (T, 3), `normals` (V, 3) or None.
+
+    `material` is a key of `RawFile.materials` or None; `triangle_colors` (T, 4) linear RGBA where the file colours faces or vertices.
+    """
+
+    positions: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray | None = None
+    material: object | None = None
+    triangle_colors: np.ndarray | None = None
+
+
+@dataclass(eq=False)
+class RawNode:
+    """A node of the tree: `parent` an earlier index or −1, `mesh` a key of `RawFile.meshes` or None, `matrix` (4, 4) or None (identity)."""
+
+    name: str
+    parent: int = -1
+    mesh: object | None = None
+    matrix: np.ndarray | None = None
+
+
+@dataclass(eq=False)
+class RawFile:
+    """One file: meshes by key (each some pieces and a name), nodes, materials by key; `units` None when the file says nothing."""
+
+    meshes: dict[object, tuple[str, list[RawPiece]]] = field(default_factory=dict)
+    nodes: list[RawNode] = field(default_factory=list)
+    materials: dict[object, CadMaterial] = field(default_factory=dict)
+    units: str | None = None
+    warnings: list[str] = field(default_factory=list)

@@ -1,0 +1,100 @@
+"""A CAD file (or a procedural example) as arrays: parts in a tree, shared meshes, materials. No bpy, no trimesh.
+
+`cad_files.read` and `platform_deck.build` return it; `cad_import.to_blender` turns it into objects. Always metres and Z up: the file's
+unit and axes have been applied to meshes and matrices, so no part carries an odd scale or a quarter turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .pipeline.scene import frozen
+
+
+@dataclass(frozen=True, slots=True)
+class CadMaterial:
+    """A plain colour: `base_color` linear RGBA, 0…1, with the file's metalness and roughness where it has them."""
+
+    name: str
+    base_color: tuple[float, float, float, float]
+    metallic: float = 0.0
+    roughness: float = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class CadMesh:
+    """Geometry shared by any number of parts.
+
+    `positions` (V, 3) float32 metres; `triangles` (T, 3) int32; `normals` (V, 3) float32 unit, the file's own, or None;
+    `materials` the slots (indices into `CadModel.materials`); `triangle_slots` (T,) int32 slot of each triangle, None = all slot 0.
+    """
+
+    name: str
+    positions: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray | None = None
+    materials: tuple[int, ...] = ()
+    triangle_slots: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "positions", frozen(self.positions, np.float32))
+        object.__setattr__(self, "triangles", frozen(self.triangles, np.int32))
+        if self.normals is not None:
+            object.__setattr__(self, "normals", frozen(self.normals, np.float32))
+        if self.triangle_slots is not None:
+            object.__setattr__(self, "triangle_slots", frozen(self.triangle_slots, np.int32))
+
+
+@dataclass(frozen=True, eq=False)
+class CadPart:
+    """One node of the tree: `parent` is an earlier index or −1, `mesh` an index or −1 (a group), `parent_from_part` (4, 4) float64."""
+
+    name: str
+    parent: int
+    mesh: int
+    parent_from_part: np.ndarray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parent_from_part", frozen(self.parent_from_part, np.float64))
+
+
+@dataclass(frozen=True, eq=False)
+class CadModel:
+    """Everything read from one file. `units` names the unit that was taken, `metres_per_unit` and `up` what was applied."""
+
+    name: str
+    meshes: tuple[CadMesh, ...]
+    parts: tuple[CadPart, ...]
+    materials: tuple[CadMaterial, ...] = ()
+    units: str = "m"
+    metres_per_unit: float = 1.0
+    up: str = "Z"
+    warnings: tuple[str, ...] = field(default=())
+
+    @property
+    def part_count(self) -> int:
+        """Parts that show a mesh (instances counted)."""
+        return sum(part.mesh >= 0 for part in self.parts)
+
+    @property
+    def triangle_count(self) -> int:
+        """Triangles with every instance counted."""
+        return sum(len(self.meshes[part.mesh].triangles) for part in self.parts if part.mesh >= 0)
+
+    def world_from_part(self) -> np.ndarray:
+        """(P, 4, 4) float64 placement of every part."""
+        world = np.empty((len(self.parts), 4, 4))
+        for i, part in enumerate(self.parts):
+            world[i] = part.parent_from_part if part.parent < 0 else world[part.parent] @ part.parent_from_part
+        return world
+
+    def bounds(self) -> np.ndarray:
+        """(2, 3) float64 axis-aligned bounds of all parts' vertices, metres."""
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for part, matrix in zip(self.parts, self.world_from_part(), strict=True):
+            if part.mesh >= 0 and len(self.meshes[part.mesh].positions):
+                points = self.meshes[part.mesh].positions.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+                low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
+        return np.stack([low, high])
