@@ -1,0 +1,79 @@
+"""Spatial order: Morton codes, clusters of large meshes, bounds, and which of them a view can see. Numpy only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+CLUSTER_TRIANGLES = 8192
+
+
+def morton(points: np.ndarray) -> np.ndarray:
+    """(P,) uint64 Morton codes of (P, 3) points, 21 bits per axis over their bounds."""
+    low = points.min(axis=0)
+    extent = np.maximum(points.max(axis=0) - low, 1e-30)
+    cells = ((points - low) / extent * (2**21 - 1)).astype(np.uint64)
+    code = np.zeros(len(points), np.uint64)
+    for axis in range(3):
+        code |= _spread(cells[:, axis]) << np.uint64(axis)
+    return code
+
+
+def _spread(x: np.ndarray) -> np.ndarray:
+    """Move bit i of 21-bit numbers to bit 3i."""
+    for shift, mask in ((32, 0x1F00000000FFFF), (16, 0x1F0000FF0000FF), (8, 0x100F00F00F00F00F), (4, 0x10C30C30C30C30C3), (2, 0x1249249249249249)):
+        x = (x | (x << np.uint64(shift))) & np.uint64(mask)
+    return x
+
+
+def clustered(positions: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles of a large mesh in spatial order, and the first triangle of each cluster (C,); small meshes come back as one cluster."""
+    if len(triangles) <= CLUSTER_TRIANGLES:
+        return triangles, np.zeros(1, np.int64)
+    order = np.argsort(morton(positions[triangles[:, 0]].astype(np.float64)), kind="stable")
+    return triangles[order], np.arange(0, len(triangles), CLUSTER_TRIANGLES)
+
+
+def cluster_bounds(positions: np.ndarray, triangles: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """(C, 2, 3) bounds of the clusters that begin at `starts`."""
+    corners = positions[triangles]
+    low = np.minimum.reduceat(corners.min(axis=1), starts, axis=0)
+    high = np.maximum.reduceat(corners.max(axis=1), starts, axis=0)
+    return np.stack([low, high], axis=1)
+
+
+def visible(bounds_ws: np.ndarray, clip_from_world: np.ndarray, cull_near: bool = True) -> np.ndarray:
+    """(B,) bool: False only for boxes wholly outside one clip plane of the matrix (conservative; float64).
+
+    `cull_near` False keeps what lies before the near plane (casters between a light and its map's near plane, drawn by depth clamp).
+    """
+    rows = np.asarray(clip_from_world, dtype=np.float64)
+    planes = [rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1], rows[3] - rows[1], rows[3] - rows[2]]
+    if cull_near:
+        planes.append(rows[3] + rows[2])
+    planes = np.stack(planes)
+    centre, half = bounds_ws.mean(axis=1), (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2
+    reach = centre @ planes[:, :3].T + planes[:, 3] + half @ np.abs(planes[:, :3]).T
+    return (reach >= 0.0).all(axis=1)
+
+
+def segments(first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """(R,) int: ranges (sorted by `first`) with the same number follow one another without a gap."""
+    gap = np.ones(len(first), np.int64)
+    gap[1:] = first[1:] != first[:-1] + count[:-1]
+    return np.cumsum(gap)
+
+
+def runs(mask: np.ndarray, first: np.ndarray, count: np.ndarray, segment: np.ndarray, max_gap: int = 3072) -> list[tuple[int, int]]:
+    """Draw calls (first, count) that cover every range with a True mask.
+
+    Masked-out ranges of at most `max_gap` indices in all are drawn along when they lie between two visible ones of one segment, because a
+    call costs more than they do.
+    """
+    chosen = np.flatnonzero(mask)
+    if not len(chosen):
+        return []
+    starts, ends = first[chosen], first[chosen] + count[chosen]
+    breaks = np.flatnonzero((starts[1:] - ends[:-1] > max_gap) | (segment[chosen][1:] != segment[chosen][:-1]))
+    begin = starts[np.concatenate([[0], breaks + 1])]
+    stop = ends[np.concatenate([breaks, [len(ends) - 1]])]
+    return list(zip(begin.tolist(), (stop - begin).tolist(), strict=True))

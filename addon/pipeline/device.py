@@ -1,0 +1,79 @@
+"""All that lives on the GPU between frames: pools, programs, targets. One per context, on the worker thread; released before the context."""
+
+from __future__ import annotations
+
+import moderngl
+
+from .context import GpuWorker
+from .gbuffer_pass import GBuffer
+from .geometry import GeometryStore
+from .gl_raw import BufferTexture, raw_gl
+from .programs import Programs
+from .shade_pass import ShadePass, ShadeTarget
+from .shadow_pass import ShadowMaps
+
+
+class Device:
+    """Keeps the last target of each kind; asking for another size frees it and makes a new one."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        raw_gl(context)
+        self.programs = Programs(context)
+        self.store = GeometryStore(context)
+        self.shade_pass = ShadePass(context, self.programs)
+        self._kept: dict[str, tuple[tuple, object]] = {}
+
+    def gbuffer(self, size: tuple[int, int]) -> GBuffer:
+        """The camera targets of that size."""
+        return self._keep("gbuffer", size, lambda: GBuffer(self.context, size))
+
+    def shadow_maps(self, size: int, layers: int) -> ShadowMaps:
+        """The depth array of that size and count."""
+        return self._keep("shadow", (size, layers), lambda: ShadowMaps(self.context, size, layers))
+
+    def shade_target(self, size: tuple[int, int], data: bool) -> ShadeTarget:
+        """The picture's targets, with or without the data images."""
+        return self._keep(f"shade{int(data)}", size, lambda: ShadeTarget(self.context, size, data))
+
+    def triangles(self) -> tuple[BufferTexture, BufferTexture]:
+        """(positions, indices) of the pools as buffer textures."""
+        store = self.store
+        key = (store.positions.glo, store.positions.size, store.indices.glo, store.indices.size)
+        return self._keep("triangles", key, lambda: _Pair(*store.buffer_textures())).pair
+
+    def _keep(self, kind: str, key: tuple, make: object) -> object:
+        kept = self._kept.get(kind)
+        if kept is None or kept[0] != key:
+            if kept is not None:
+                kept[1].release()
+                del self._kept[kind]
+            self._kept[kind] = (key, make())
+        return self._kept[kind][1]
+
+    def release(self) -> None:
+        """Free everything."""
+        for _, thing in self._kept.values():
+            thing.release()
+        self._kept.clear()
+        self.shade_pass.release()
+        self.store.release()
+        self.programs.release()
+
+
+class _Pair:
+    def __init__(self, positions: BufferTexture, indices: BufferTexture) -> None:
+        self.pair = (positions, indices)
+
+    def release(self) -> None:
+        for texture in self.pair:
+            texture.release()
+
+
+def device_of(context: moderngl.Context, worker: GpuWorker) -> Device:
+    """The device of that context, made on first use and released when the worker closes."""
+    if "device" not in (context.extra or {}):
+        raw_gl(context)
+        context.extra["device"] = Device(context)
+        worker.at_close(context.extra["device"].release)
+    return context.extra["device"]

@@ -1,0 +1,135 @@
+"""What to draw of one scene: index ranges with bounds, instanced groups, and the table that shaders look instances up in. Worker thread only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import moderngl
+import numpy as np
+
+from .clusters import runs, segments, visible
+from .gl_raw import BufferTexture
+from .programs import set_uniforms
+from .scene import Scene
+
+if TYPE_CHECKING:
+    from .geometry import GeometryStore
+
+UNIT_TABLE, UNIT_INFO, UNIT_VISIBLE = 0, 1, 2
+ROWS_PER_SLOT = 4
+
+
+@dataclass(slots=True)
+class InstancedGroup:
+    """A mesh in object space and the slots it is placed at, with the world bounds of each."""
+
+    first_index: int
+    index_count: int
+    slots: np.ndarray
+    bounds_ws: np.ndarray
+
+
+@dataclass(slots=True)
+class DrawList:
+    """Drawable form of a scene. `table`: four RGBA32F texels a slot (rows of world_from_object, base colour); `info`: RGBA32UI
+    (object id + 1, material slot + 1, instance row, 1 if baked)."""
+
+    context: moderngl.Context
+    store: GeometryStore
+    first: np.ndarray
+    count: np.ndarray
+    bounds_ws: np.ndarray
+    segment: np.ndarray
+    groups: list[InstancedGroup]
+    triangle_count: int
+    table_buffer: moderngl.Buffer
+    info_buffer: moderngl.Buffer
+    visible_buffer: moderngl.Buffer
+    table: BufferTexture
+    info: BufferTexture
+    visible: BufferTexture
+    vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
+
+    @classmethod
+    def build(cls, context: moderngl.Context, store: GeometryStore, scene: Scene, first: np.ndarray, count: np.ndarray, bounds_ws: np.ndarray,
+              groups: list[InstancedGroup], rows_of_slot: np.ndarray, baked_slots: int) -> DrawList:
+        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused)."""
+        table, info = _table(scene, rows_of_slot, baked_slots)
+        slots = sum(len(g.slots) for g in groups)
+        buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
+        textures = BufferTexture(context, buffers[0], "rgba32f"), BufferTexture(context, buffers[1], "rgba32ui"), BufferTexture(context, buffers[2], "r32ui")
+        return cls(context, store, first, count, bounds_ws, segments(first, count), groups, scene.triangle_count, *buffers, *textures)
+
+    def draw(self, baked: moderngl.Program, instanced: moderngl.Program, clip_from_world: np.ndarray, *, attributes: bool, cull_near: bool = True) -> int:
+        """Draw all that `clip_from_world` can see with the two variants of a program; returns the triangles sent.
+
+        `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle`, and the samplers `u_table`, `u_info`.
+        """
+        self.table.use(UNIT_TABLE)
+        self.info.use(UNIT_INFO)
+        sent = 0
+        if len(self.first):
+            set_uniforms(baked, u_table=UNIT_TABLE, u_info=UNIT_INFO)
+            array = self._vertex_array(baked, attributes)
+            mask = visible(self.bounds_ws, clip_from_world, cull_near)
+            for first, count in runs(mask, self.first, self.count, self.segment):
+                set_uniforms(baked, u_first_triangle=first // 3)
+                array.render(moderngl.TRIANGLES, vertices=count, first=first)
+                sent += count // 3
+        return sent + self._draw_groups(instanced, clip_from_world, attributes, cull_near)
+
+    def _draw_groups(self, program: moderngl.Program, clip_from_world: np.ndarray, attributes: bool, cull_near: bool) -> int:
+        if not self.groups:
+            return 0
+        chosen = [g.slots[visible(g.bounds_ws, clip_from_world, cull_near)] for g in self.groups]
+        self.visible_buffer.write(np.concatenate(chosen).tobytes())
+        self.visible.use(UNIT_VISIBLE)
+        set_uniforms(program, u_table=UNIT_TABLE, u_info=UNIT_INFO, u_visible=UNIT_VISIBLE)
+        array = self._vertex_array(program, attributes)
+        cursor = sent = 0
+        for group, slots in zip(self.groups, chosen, strict=True):
+            if len(slots):
+                set_uniforms(program, u_first_triangle=group.first_index // 3, u_first_instance=cursor)
+                array.render(moderngl.TRIANGLES, vertices=group.index_count, first=group.first_index, instances=len(slots))
+                cursor += len(slots)
+                sent += group.index_count // 3 * len(slots)
+        return sent
+
+    def _vertex_array(self, program: moderngl.Program, attributes: bool) -> moderngl.VertexArray:
+        key = (program.glo, attributes)
+        if key not in self.vertex_arrays:
+            store = self.store
+            content = [(store.positions, "3f4", "in_position")]
+            if attributes and "in_normal" in program:
+                content.append((store.normals, "3ni2 1x2", "in_normal"))
+            if "in_slot" in program:
+                content.append((store.vertex_slots, "1u4", "in_slot"))
+            self.vertex_arrays[key] = self.context.vertex_array(program, content, index_buffer=store.indices, index_element_size=4)
+        return self.vertex_arrays[key]
+
+    def release(self) -> None:
+        """Free the tables and vertex arrays (the pools belong to the store)."""
+        for array in self.vertex_arrays.values():
+            array.release()
+        self.vertex_arrays.clear()
+        for thing in (self.table, self.info, self.visible, self.table_buffer, self.info_buffer, self.visible_buffer):
+            thing.release()
+
+
+def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np.ndarray, np.ndarray]:
+    """(S, 4, 4) float32 and (S, 4) uint32: the instance table; baked slots get the identity, their vertices being placed already."""
+    inst = scene.instances
+    used = rows_of_slot >= 0
+    rows = rows_of_slot[used]
+    table = np.zeros((len(rows_of_slot), ROWS_PER_SLOT, 4), np.float32)
+    table[:, :3] = np.eye(4, dtype=np.float32)[:3]
+    placed = np.flatnonzero(used & (np.arange(len(used)) >= baked_slots))
+    table[placed, :3] = inst.world_from_object[rows_of_slot[placed], :3]
+    table[used, 3] = inst.base_color[rows]
+    info = np.zeros((len(rows_of_slot), 4), np.uint32)
+    info[used, 0] = inst.object_id[rows] + 1
+    info[used, 1] = inst.material_slot[rows] + 1
+    info[used, 2] = rows
+    info[:baked_slots, 3] = 1
+    return table, info

@@ -1,0 +1,76 @@
+"""The camera pass: view depth, shading normal and triangle id at every pixel centre. Worker thread only."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..maths.view import Camera
+from .draw_list import DrawList
+from .programs import Programs, matrix_bytes, set_uniforms
+
+
+class GBuffer:
+    """Targets of one size: `view_depth` R32F (metres), `normal` RG16 octahedral, `ids` RG32UI (slot + 1, triangle), and a depth buffer."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
+        self.size = size
+        self.view_depth = context.texture(size, 1, dtype="f4")
+        self.normal = context.texture(size, 2, dtype="ni2")
+        self.ids = context.texture(size, 2, dtype="u4")
+        self.depth = context.depth_texture(size)
+        for texture in (self.view_depth, self.normal, self.ids):
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self.framebuffer = context.framebuffer([self.view_depth, self.normal, self.ids], self.depth)
+
+    def release(self) -> None:
+        """Free the targets."""
+        for thing in (self.framebuffer, self.view_depth, self.normal, self.ids, self.depth):
+            thing.release()
+
+
+def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera) -> int:
+    """Draw the scene as the camera sees it; returns the triangles sent."""
+    target.framebuffer.use()
+    target.framebuffer.clear()
+    context.enable_only(moderngl.DEPTH_TEST)
+    view = camera.view_from_world
+    pair = [programs.get("gbuffer.vert", "gbuffer.frag", INSTANCED=flag) for flag in (0, 1)]
+    for program in pair:
+        set_uniforms(program, u_clip_from_world=matrix_bytes(camera.clip_from_world),
+                     u_view_depth_from_world=np.asarray(-view[2], np.float32).tobytes())
+    return draw_list.draw(*pair, camera.clip_from_world, attributes=True)
+
+
+def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """(3, 3) matrices M, S: the world point at view depth z behind pixel (x, y) from the bottom left is S·(x, y, 1) + z·M·(x, y, 1).
+
+    Holds for perspective (S constant: the eye) and orthographic (M constant: the view direction) cameras, shift included.
+    """
+    p, w = camera.clip_from_view, camera.world_from_view
+    ndc = np.array([[2.0 / size[0], 0.0, -1.0], [0.0, 2.0 / size[1], -1.0], [0.0, 0.0, 1.0]])
+    plane = np.array([[1.0 / p[0, 0], 0.0, 0.0], [0.0, 1.0 / p[1, 1], 0.0]]) @ ndc
+    along_vs, start_vs = np.zeros((3, 3)), np.zeros((3, 3))
+    along_vs[2, 2] = -1.0
+    if camera.is_orthographic:
+        start_vs[:2] = plane
+        start_vs[:2, 2] -= (p[0, 3] / p[0, 0], p[1, 3] / p[1, 1])
+    else:
+        along_vs[:2] = plane
+        along_vs[:2, 2] += (p[0, 2] / p[0, 0], p[1, 2] / p[1, 1])
+    start = w[:3, :3] @ start_vs
+    start[:, 2] += w[:3, 3]
+    return w[:3, :3] @ along_vs, start
+
+
+def surface_points_ws(view_depth: np.ndarray, camera: Camera) -> np.ndarray:
+    """(P, 3) float32 world points of all pixels of `view_depth` (h, w; row 0 at the bottom; 0 = nothing)."""
+    height, width = view_depth.shape
+    along, start = (m.astype(np.float32) for m in pixel_rays(camera, (width, height)))
+    y, x = np.nonzero(view_depth)
+    z = view_depth[y, x]
+    px, py = x.astype(np.float32) + 0.5, y.astype(np.float32) + 0.5
+    points = np.empty((len(z), 3), np.float32)
+    for axis in range(3):
+        points[:, axis] = (start[axis, 0] * px + start[axis, 1] * py + start[axis, 2]) + z * (along[axis, 0] * px + along[axis, 1] * py + along[axis, 2])
+    return points

@@ -1,0 +1,237 @@
+"""The scene on the GPU: pooled vertex and index buffers, uploaded once per mesh, drawn in few calls. Worker thread only.
+
+A mesh placed once (or small) is *baked*: its vertices are stored in world space, neighbours lie next to each other, and whole runs of
+visible parts are drawn by one call. A mesh placed often is stored once in object space and drawn *instanced*. Large baked meshes are cut
+into clusters so that culling works inside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+
+from .clusters import cluster_bounds, clustered, morton
+from .draw_list import DrawList, InstancedGroup
+from .gl_raw import BufferTexture
+from .ranges import Ranges
+from .scene import Mesh, Scene
+
+BAKE_TRIANGLES = 3000
+INITIAL_VERTICES, INITIAL_INDICES = 1 << 16, 3 << 16
+
+
+@dataclass(slots=True)
+class _Part:
+    """A mesh in the pools: where it lies, and its clusters (bounds in the space it is stored in)."""
+
+    mesh: Mesh
+    first_vertex: int
+    vertex_count: int
+    first_index: int
+    index_count: int
+    cluster_starts: np.ndarray
+    bounds: np.ndarray
+    slot: int
+    transform: np.ndarray | None
+
+
+class GeometryStore:
+    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._vertices, self._indices = Ranges(INITIAL_VERTICES), Ranges(INITIAL_INDICES)
+        self._slots = Ranges(1024)
+        self.positions = context.buffer(reserve=INITIAL_VERTICES * 12)
+        self.normals = context.buffer(reserve=INITIAL_VERTICES * 8)
+        self.vertex_slots = context.buffer(reserve=INITIAL_VERTICES * 4)
+        self.indices = context.buffer(reserve=INITIAL_INDICES * 4)
+        self._parts: dict[Hashable, _Part] = {}
+        self._scene: Scene | None = None
+        self._draw_list: DrawList | None = None
+        self.generation = 0
+        self.uploaded_meshes = 0
+
+    def sync(self, scene: Scene) -> DrawList:
+        """Bring the GPU to `scene` and return what to draw. The same scene object costs nothing; unchanged meshes are not uploaded again."""
+        if scene is self._scene and self._draw_list is not None:
+            return self._draw_list
+        baked, instanced = _plan(scene)
+        self._free_missing(set(baked) | set(instanced))
+        self._upload_baked(scene, {k: r for k, r in baked.items() if k not in self._parts})
+        self._move_baked(scene, baked)
+        for key in instanced:
+            if key not in self._parts:
+                self._parts[key] = self._upload(scene.meshes[int(scene.instances.mesh_index[instanced[key][0]])], None)
+        self._replace_draw_list(self._make_draw_list(scene, baked, instanced))
+        self._scene = scene
+        return self._draw_list
+
+    def _free_missing(self, wanted: set[Hashable]) -> None:
+        for key in [k for k in self._parts if k not in wanted]:
+            part = self._parts.pop(key)
+            self._vertices.free(part.first_vertex, part.vertex_count)
+            self._indices.free(part.first_index, part.index_count)
+            self._slots.free(part.slot, 1)
+
+    def _upload_baked(self, scene: Scene, missing: dict[Hashable, int]) -> None:
+        if not missing:
+            return
+        keys = list(missing)
+        rows = np.fromiter(missing.values(), dtype=np.int64, count=len(missing))
+        order = np.argsort(morton(scene.instances.world_from_object[rows, :3, 3]
+                                  + _local_centres(scene, rows)), kind="stable")
+        for i in order:
+            row = int(rows[i])
+            mesh = scene.meshes[int(scene.instances.mesh_index[row])]
+            self._parts[keys[i]] = self._upload(mesh, scene.instances.world_from_object[row])
+
+    def _upload(self, mesh: Mesh, transform: np.ndarray | None) -> _Part:
+        triangles, starts = clustered(mesh.positions, mesh.triangles)
+        vertex_count, index_count = len(mesh.positions), triangles.size
+        first_vertex, first_index = self._reserve_vertices(vertex_count), self._reserve_indices(index_count)
+        slot = self._reserve_slot()
+        part = _Part(mesh, first_vertex, vertex_count, first_index, index_count, starts, np.empty(0), slot, None)
+        self.indices.write((triangles.astype(np.uint32) + np.uint32(first_vertex)).tobytes(), offset=first_index * 4)
+        self.vertex_slots.write(np.full(vertex_count, slot, np.uint32).tobytes(), offset=first_vertex * 4)
+        self._place(part, transform, triangles)
+        self.uploaded_meshes += 1
+        return part
+
+    def _place(self, part: _Part, transform: np.ndarray | None, triangles: np.ndarray | None = None) -> None:
+        """Write the vertices of a part as placed by `transform` (None: in object space) and its cluster bounds."""
+        positions, normals = part.mesh.positions, part.mesh.normals
+        if transform is not None:
+            positions = (positions.astype(np.float64) @ transform[:3, :3].T + transform[:3, 3]).astype(np.float32)
+            normals = _turned(normals, transform)
+        if triangles is None:
+            triangles, _ = clustered(part.mesh.positions, part.mesh.triangles)
+        part.transform = None if transform is None else transform.copy()
+        part.bounds = cluster_bounds(positions, triangles, part.cluster_starts).astype(np.float64)
+        packed = np.zeros((len(normals), 4), np.int16)
+        packed[:, :3] = np.rint(np.clip(normals, -1.0, 1.0) * 32767.0)
+        self.positions.write(positions.tobytes(), offset=part.first_vertex * 12)
+        self.normals.write(packed.tobytes(), offset=part.first_vertex * 8)
+
+    def _move_baked(self, scene: Scene, baked: dict[Hashable, int]) -> None:
+        for key, row in baked.items():
+            part, transform = self._parts[key], scene.instances.world_from_object[row]
+            if not np.array_equal(part.transform, transform):
+                self._place(part, transform)
+
+    def _make_draw_list(self, scene: Scene, baked: dict[Hashable, int], instanced: dict[Hashable, np.ndarray]) -> DrawList:
+        parts = sorted(((self._parts[k], row) for k, row in baked.items()), key=lambda item: item[0].first_index)
+        base = self._slots.capacity
+        total = sum(len(rows) for rows in instanced.values())
+        rows_of_slot = np.full(base + total, -1, np.int64)
+        if parts:
+            rows_of_slot[[p.slot for p, _ in parts]] = [row for _, row in parts]
+        bounds_ws = scene.instance_bounds_ws() if instanced else None
+        groups, cursor = [], base
+        for key, rows in instanced.items():
+            part = self._parts[key]
+            rows_of_slot[cursor : cursor + len(rows)] = rows
+            groups.append(InstancedGroup(part.first_index, part.index_count, np.arange(cursor, cursor + len(rows), dtype=np.uint32), bounds_ws[rows]))
+            cursor += len(rows)
+        first, count, bounds = _ranges_of([p for p, _ in parts])
+        self.generation += 1
+        return DrawList.build(self._context, self, scene, first, count, bounds, groups, rows_of_slot, base)
+
+    def _replace_draw_list(self, draw_list: DrawList) -> None:
+        if self._draw_list is not None:
+            self._draw_list.release()
+        self._draw_list = draw_list
+
+    def _reserve_vertices(self, count: int) -> int:
+        start = self._vertices.allocate(count)
+        if start is None:
+            self._vertices.grow(count)
+            self.positions = self._grown(self.positions, self._vertices.capacity * 12)
+            self.normals = self._grown(self.normals, self._vertices.capacity * 8)
+            self.vertex_slots = self._grown(self.vertex_slots, self._vertices.capacity * 4)
+            start = self._vertices.allocate(count)
+        return start
+
+    def _reserve_indices(self, count: int) -> int:
+        start = self._indices.allocate(count)
+        if start is None:
+            self._indices.grow(count)
+            self.indices = self._grown(self.indices, self._indices.capacity * 4)
+            start = self._indices.allocate(count)
+        return start
+
+    def _reserve_slot(self) -> int:
+        slot = self._slots.allocate(1)
+        if slot is None:
+            self._slots.grow(1)
+            slot = self._slots.allocate(1)
+        return slot
+
+    def _grown(self, old: moderngl.Buffer, size: int) -> moderngl.Buffer:
+        new = self._context.buffer(reserve=size)
+        self._context.copy_buffer(new, old, old.size)
+        old.release()
+        return new
+
+    def buffer_textures(self) -> tuple[BufferTexture, BufferTexture]:
+        """(positions as r32f, indices as r32ui): the triangles as the shader reads them for exact tests; the caller releases them."""
+        return BufferTexture(self._context, self.positions, "r32f"), BufferTexture(self._context, self.indices, "r32ui")
+
+    def release(self) -> None:
+        """Free every buffer."""
+        if self._draw_list is not None:
+            self._draw_list.release()
+            self._draw_list = None
+        for buffer in (self.positions, self.normals, self.vertex_slots, self.indices):
+            buffer.release()
+        self._parts.clear()
+        self._scene = None
+
+
+def _plan(scene: Scene) -> tuple[dict[Hashable, int], dict[Hashable, np.ndarray]]:
+    """Which instance rows are baked ({key: row}) and which meshes drawn instanced ({key: rows}).
+
+    Keys are ('baked', mesh key, occurrence) and ('instanced', mesh key); a mesh without instances is left out.
+    """
+    mesh_index = scene.instances.mesh_index
+    order = np.argsort(mesh_index, kind="stable")
+    starts = np.searchsorted(mesh_index[order], np.arange(len(scene.meshes) + 1))
+    baked: dict[Hashable, int] = {}
+    instanced: dict[Hashable, np.ndarray] = {}
+    for i, mesh in enumerate(scene.meshes):
+        rows = order[starts[i] : starts[i + 1]]
+        if len(rows) == 1 or len(rows) * len(mesh.triangles) <= BAKE_TRIANGLES:
+            baked.update((("baked", mesh.key, j), int(row)) for j, row in enumerate(rows))
+        elif len(rows):
+            instanced[("instanced", mesh.key)] = rows
+    return baked, instanced
+
+
+def _local_centres(scene: Scene, rows: np.ndarray) -> np.ndarray:
+    """(R, 3) offset, in world axes, from each instance's origin to the centre of its mesh."""
+    index = scene.instances.mesh_index[rows]
+    centres = np.zeros((len(scene.meshes), 3))
+    for i in np.unique(index):
+        centres[i] = scene.meshes[i].bounds_os.mean(axis=0)
+    return np.einsum("rab,rb->ra", scene.instances.world_from_object[rows, :3, :3], centres[index])
+
+
+def _turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
+    """Unit normals under an affine map: the cofactor matrix, right for mirrored and unevenly scaled objects."""
+    a = transform[:3, :3]
+    cofactor = np.stack([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
+    out = normals.astype(np.float64) @ (cofactor * np.sign(np.linalg.det(a))).T
+    length = np.linalg.norm(out, axis=1, keepdims=True)
+    return (out / np.where(length > 0.0, length, 1.0)).astype(np.float32)
+
+
+def _ranges_of(parts: list[_Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(first index, index count, bounds) of every cluster of the parts, in index order."""
+    if not parts:
+        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2, 3))
+    first = np.concatenate([p.first_index + 3 * p.cluster_starts for p in parts])
+    ends = np.concatenate([np.append(p.first_index + 3 * p.cluster_starts[1:], p.first_index + p.index_count) for p in parts])
+    return first, ends - first, np.concatenate([p.bounds for p in parts])

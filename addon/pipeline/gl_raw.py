@@ -1,0 +1,153 @@
+"""The few OpenGL 3.3 calls that moderngl does not offer, loaded through the context's own loader. Worker thread only.
+
+Depth texture *arrays* with one framebuffer per layer (one shadow map per partition), and buffer textures (triangles read by the shader
+from the buffers they are drawn from, without a copy).
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+
+import moderngl
+
+from ..errors import GpuError
+
+GL_DEPTH_CLAMP = 0x864F
+_TEXTURE_2D_ARRAY = 0x8C1A
+_TEXTURE_BUFFER = 0x8C2A
+_FRAMEBUFFER = 0x8D40
+_DEPTH_ATTACHMENT = 0x8D00
+_COLOR_ATTACHMENT0 = 0x8CE0
+_COMPLETE = 0x8CD5
+_DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
+_NEAREST, _CLAMP_TO_EDGE = 0x2600, 0x812F
+_FILTERS_AND_WRAPS = ((0x2801, _NEAREST), (0x2800, _NEAREST), (0x2802, _CLAMP_TO_EDGE), (0x2803, _CLAMP_TO_EDGE))
+BUFFER_FORMATS = {"r32f": 0x822E, "rgb32f": 0x8815, "rgba32f": 0x8814, "r32ui": 0x8236, "rgb32ui": 0x8D71, "rgba32ui": 0x8D70}
+
+_uint, _int, _void = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
+_names = ctypes.POINTER(_uint)
+_SIGNATURES = {
+    "glGenTextures": (_int, _names), "glDeleteTextures": (_int, _names), "glBindTexture": (_uint, _uint), "glActiveTexture": (_uint,),
+    "glTexImage3D": (_uint, _int, _int, _int, _int, _int, _int, _uint, _uint, _void), "glTexParameteri": (_uint, _uint, _int),
+    "glTexBuffer": (_uint, _uint, _uint), "glGenFramebuffers": (_int, _names), "glDeleteFramebuffers": (_int, _names),
+    "glBindFramebuffer": (_uint, _uint), "glFramebufferTextureLayer": (_uint, _uint, _uint, _int, _int), "glFramebufferTexture2D": (_uint, _uint, _uint, _uint, _int),
+    "glDrawBuffers": (_int, _names), "glReadBuffer": (_uint,), "glGetTexImage": (_uint, _int, _uint, _uint, _void), "glClear": (_uint,),
+}
+
+
+class RawGL:
+    """The functions of `_SIGNATURES`, callable by name without the `gl` prefix: `raw.BindTexture(target, name)`."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        load = context.mglo._context.load_opengl_function
+        for name, arguments in _SIGNATURES.items():
+            address = load(name)
+            if not address:
+                raise GpuError(f"The OpenGL driver lacks {name}: update the graphics driver (OpenGL 3.3 is needed).")
+            setattr(self, name[2:], ctypes.CFUNCTYPE(None, *arguments)(address))
+        self.CheckFramebufferStatus = ctypes.CFUNCTYPE(_uint, _uint)(load("glCheckFramebufferStatus"))
+
+    def new_name(self, kind: str) -> int:
+        """A fresh GL name of 'Textures' or 'Framebuffers'."""
+        name = _uint()
+        getattr(self, f"Gen{kind}")(1, ctypes.byref(name))
+        return name.value
+
+    def delete_name(self, kind: str, name: int) -> None:
+        """Free a GL name of that kind."""
+        getattr(self, f"Delete{kind}")(1, ctypes.byref(_uint(name)))
+
+
+def raw_gl(context: moderngl.Context) -> RawGL:
+    """The raw functions of that context, loaded once."""
+    if not isinstance(context.extra, dict):
+        context.extra = {}
+    if "raw" not in context.extra:
+        context.extra["raw"] = RawGL(context)
+        context.extra["live"] = 0
+    return context.extra["raw"]
+
+
+def live_objects(context: moderngl.Context) -> int:
+    """How many raw GL objects (textures and framebuffers of this module) are alive; for the leak test."""
+    raw_gl(context)
+    return context.extra["live"]
+
+
+class _Owned:
+    """A GL name with its count in `live_objects`."""
+
+    def __init__(self, context: moderngl.Context, kind: str) -> None:
+        self.context, self.raw, self.kind = context, raw_gl(context), kind
+        self.glo = self.raw.new_name(kind)
+        context.extra["live"] += 1
+
+    def release(self) -> None:
+        """Free the GL object; idempotent."""
+        if self.glo:
+            self.raw.delete_name(self.kind, self.glo)
+            self.context.extra["live"] -= 1
+            self.glo = 0
+
+
+class DepthArray(_Owned):
+    """A DEPTH_COMPONENT32F texture array (size, size, layers), sampled with NEAREST through `sampler2DArray`."""
+
+    def __init__(self, context: moderngl.Context, size: int, layers: int) -> None:
+        super().__init__(context, "Textures")
+        self.size, self.layers = size, layers
+        self.raw.BindTexture(_TEXTURE_2D_ARRAY, self.glo)
+        self.raw.TexImage3D(_TEXTURE_2D_ARRAY, 0, _DEPTH_COMPONENT32F, size, size, layers, 0, _DEPTH_COMPONENT, _FLOAT, None)
+        for name, value in _FILTERS_AND_WRAPS:
+            self.raw.TexParameteri(_TEXTURE_2D_ARRAY, name, value)
+
+    def use(self, unit: int) -> None:
+        """Bind to a texture unit."""
+        self.raw.ActiveTexture(0x84C0 + unit)
+        self.raw.BindTexture(_TEXTURE_2D_ARRAY, self.glo)
+
+    def read(self) -> bytes:
+        """All layers, float32, row 0 at the bottom."""
+        out = ctypes.create_string_buffer(self.size * self.size * self.layers * 4)
+        self.raw.BindTexture(_TEXTURE_2D_ARRAY, self.glo)
+        self.raw.GetTexImage(_TEXTURE_2D_ARRAY, 0, _DEPTH_COMPONENT, _FLOAT, out)
+        return out.raw
+
+
+class LayerFramebuffer(_Owned):
+    """A framebuffer on one layer of a depth array, with colour layers of moderngl texture arrays beside it."""
+
+    def __init__(self, context: moderngl.Context, depth: DepthArray, layer: int, colors: Sequence[moderngl.TextureArray] = ()) -> None:
+        super().__init__(context, "Framebuffers")
+        raw = self.raw
+        raw.BindFramebuffer(_FRAMEBUFFER, self.glo)
+        raw.FramebufferTextureLayer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, depth.glo, 0, layer)
+        for i, texture in enumerate(colors):
+            raw.FramebufferTextureLayer(_FRAMEBUFFER, _COLOR_ATTACHMENT0 + i, texture.glo, 0, layer)
+        targets = [_COLOR_ATTACHMENT0 + i for i in range(len(colors))] or [0]
+        raw.DrawBuffers(len(targets), (_uint * len(targets))(*targets))
+        raw.ReadBuffer(targets[0])
+        if raw.CheckFramebufferStatus(_FRAMEBUFFER) != _COMPLETE:
+            raise GpuError("The driver refused a 32-bit float depth layer as a shadow map: update the graphics driver.")
+        self.framebuffer = context.detect_framebuffer(self.glo)
+        self.size = depth.size
+
+    def use(self) -> None:
+        """Bind, with the viewport on the whole layer."""
+        self.framebuffer.use()
+        self.context.viewport = (0, 0, self.size, self.size)
+
+
+class BufferTexture(_Owned):
+    """A buffer seen as a one-dimensional texture (`samplerBuffer`, `usamplerBuffer`); formats in `BUFFER_FORMATS`."""
+
+    def __init__(self, context: moderngl.Context, buffer: moderngl.Buffer, texel_format: str) -> None:
+        super().__init__(context, "Textures")
+        self.raw.BindTexture(_TEXTURE_BUFFER, self.glo)
+        self.raw.TexBuffer(_TEXTURE_BUFFER, BUFFER_FORMATS[texel_format], buffer.glo)
+
+    def use(self, unit: int) -> None:
+        """Bind to a texture unit."""
+        self.raw.ActiveTexture(0x84C0 + unit)
+        self.raw.BindTexture(_TEXTURE_BUFFER, self.glo)

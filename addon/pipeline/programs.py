@@ -1,0 +1,87 @@
+"""GLSL: the only place that reads `addon/shaders`. Includes, defines, and errors that name file and line. Worker thread only."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from pathlib import Path
+
+import moderngl
+import numpy as np
+
+from ..errors import GpuError
+
+SHADER_DIR = Path(__file__).resolve().parent.parent / "shaders"
+VERSION = "#version 330 core\n"
+_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$', re.MULTILINE)
+Defines = tuple[tuple[str, int | float], ...]
+
+
+@lru_cache(maxsize=None)
+def _file(name: str) -> str:
+    return (SHADER_DIR / name).read_text(encoding="utf-8")
+
+
+def source(name: str, defines: Defines = ()) -> str:
+    """The text of a shader file with its includes resolved (each once, in order) and defines put first."""
+    seen: list[str] = [name]
+
+    def resolve(text: str, number: int) -> str:
+        def include(match: re.Match[str]) -> str:
+            child = match.group(1)
+            if child in seen:
+                return ""
+            seen.append(child)
+            index = len(seen) - 1
+            line = text.count("\n", 0, match.start()) + 2
+            return f"\n#line 1 {index}\n{resolve(_file(child), index)}\n#line {line} {number}"
+
+        return _INCLUDE.sub(include, text)
+
+    body = resolve(_file(name), 0)
+    head = "".join(f"#define {key} {value}\n" for key, value in defines)
+    names = "".join(f"// file {i}: {n}\n" for i, n in enumerate(seen))
+    return f"{VERSION}{names}{head}#line 1 0\n{body}"
+
+
+class Programs:
+    """Compiled programs of one context, by file names and defines."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._programs: dict[tuple, moderngl.Program] = {}
+
+    def get(self, vertex: str, fragment: str, geometry: str | None = None, **defines: int | float | bool) -> moderngl.Program:
+        """The program of `vertex` + `fragment` (+ `geometry`) with these defines; compiled once. Raises `GpuError` with the compiler's words."""
+        values: Defines = tuple(sorted((k, int(v) if isinstance(v, bool) else v) for k, v in defines.items()))
+        key = (vertex, fragment, geometry, values)
+        if key not in self._programs:
+            try:
+                self._programs[key] = self._context.program(
+                    vertex_shader=source(vertex, values), fragment_shader=source(fragment, values),
+                    geometry_shader=source(geometry, values) if geometry else None)
+            except moderngl.Error as error:
+                raise GpuError(f"A shader did not compile ({vertex}, {fragment}): {error}") from error
+        return self._programs[key]
+
+    def release(self) -> None:
+        """Free every program."""
+        for program in self._programs.values():
+            program.release()
+        self._programs.clear()
+
+
+def set_uniforms(program: moderngl.Program, **values: object) -> None:
+    """Set the uniforms that the compiled program kept; those the compiler removed as unused are passed over."""
+    for name, value in values.items():
+        if name in program:
+            member = program[name]
+            if isinstance(value, (bytes, bytearray)):
+                member.write(value)
+            else:
+                member.value = value
+
+
+def matrix_bytes(matrix: object) -> bytes:
+    """A float64 (4, 4) row-major matrix as the float32 column-major bytes that GLSL wants."""
+    return np.ascontiguousarray(np.asarray(matrix, dtype=np.float64).T, dtype=np.float32).tobytes()

@@ -1,0 +1,227 @@
+"""Scene + camera + light + settings → Frame. Callable from any thread; all GL happens on the worker.
+
+The order is the method's: G-buffer → receivers → shadow projections → shadow maps → deferred shading → read-back.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeoutError
+from dataclasses import dataclass, field, replace
+
+import moderngl
+import numpy as np
+
+from ..errors import Cancelled, GpuError
+from ..maths.errors import aliasing_statistics
+from ..maths.fit import plan_shadows
+from ..maths.projection import ShadowPlan
+from ..maths.view import Camera, Light
+from .context import POLL_S, GpuWorker, shared_worker
+from .device import Device, device_of
+from .draw_list import DrawList
+from .frame import Frame
+from .gbuffer_pass import draw_gbuffer, surface_points_ws
+from .readback import frame_passes, read_texture
+from .scene import Scene
+from .settings import Settings
+from .shadow_pass import draw_shadow_maps
+
+Progress = Callable[[float, str], None]
+STAGES = ("sync", "upload", "gbuffer", "shadow", "shade", "readback")
+DATA_PASSES = ("shadow", "depth", "normal", "object", "partition", "aliasing")
+
+
+@dataclass
+class Ticket:
+    """What a caller and the worker share while a frame is made: how far it is, and whether to give up."""
+
+    fraction: float = 0.0
+    stage: str = "waiting"
+    is_cancelled: bool = False
+    timing_ms: dict[str, float | None] = field(default_factory=lambda: dict.fromkeys((*STAGES, "total")))
+
+    def enter(self, fraction: float, stage: str) -> None:
+        """Note the stage that begins; raises `Cancelled` when the caller has given up."""
+        self.fraction, self.stage = fraction, stage
+        if self.is_cancelled:
+            raise Cancelled("Cancelled.")
+
+
+@dataclass(frozen=True)
+class Request:
+    """Everything one frame needs."""
+
+    scene: Scene
+    camera: Camera
+    light: Light | None
+    settings: Settings
+    size: tuple[int, int]
+    passes: tuple[str, ...] = ("combined",)
+    measure: bool = True
+
+
+class Renderer:
+    """Renders on a `GpuWorker`; holds no GL object itself (they live in the worker's `Device`)."""
+
+    def __init__(self, worker: GpuWorker | None = None) -> None:
+        self._worker = worker
+
+    @property
+    def worker(self) -> GpuWorker:
+        """The worker used: its own, or the add-on's shared one."""
+        return self._worker or shared_worker()
+
+    def render(self, scene: Scene, camera: Camera, light: Light | None, settings: Settings, size: tuple[int, int], passes: tuple[str, ...] = ("combined",),
+               *, measure: bool = True, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None) -> Frame:
+        """One frame, waited for. `progress` and `cancelled` are called on the calling thread.
+
+        Raises `SceneError` (nothing to draw), `GpuError` (no context, too large), `Cancelled`.
+        """
+        future, ticket = self.submit(Request(scene, camera, light, settings, size, tuple(passes), measure))
+        while True:
+            try:
+                return future.result(timeout=POLL_S if progress or cancelled else None)
+            except FutureTimeoutError:
+                if future.done():
+                    return future.result()
+                if progress:
+                    progress(ticket.fraction, ticket.stage)
+                if cancelled and cancelled():
+                    ticket.is_cancelled = True
+                    future.cancel()
+
+    def submit(self, request: Request) -> tuple[Future[Frame], Ticket]:
+        """Queue a frame; set `ticket.is_cancelled` to give it up between stages."""
+        ticket = Ticket()
+        return self.worker.submit(lambda context: render_frame(device_of(context, self.worker), request, ticket)), ticket
+
+
+def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
+    """Make one frame on the worker thread."""
+    clock = _Clock(device.context, ticket)
+    _check_size(device.context, request.size)
+    scene_bounds = request.scene.bounds_ws()
+    ticket.enter(0.05, "upload")
+    draw_list = device.store.sync(request.scene)
+    clock.lap("upload")
+    ticket.enter(0.2, "gbuffer")
+    gbuffer = device.gbuffer(request.size)
+    draw_gbuffer(device.context, device.programs, gbuffer, draw_list, request.camera)
+    clock.lap("gbuffer")
+    ticket.enter(0.4, "shadow")
+    plan = _plan(device, request, scene_bounds)
+    if plan is not None:
+        maps = device.shadow_maps(request.settings.fit.size, len(plan.projections))
+        draw_shadow_maps(device.context, device.programs, maps, draw_list, plan)
+    clock.lap("shadow")
+    ticket.enter(0.7, "shade")
+    combined, data = _shade(device, request, draw_list, plan, ticket)
+    clock.lap("shade")
+    ticket.enter(0.95, "readback")
+    frame = _frame(device, request, plan, combined, data)
+    clock.lap("readback")
+    clock.total()
+    return replace(frame, timing_ms=dict(ticket.timing_ms))
+
+
+def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowPlan | None:
+    """The shadow projections for what this camera really sees."""
+    if request.light is None:
+        return None
+    receivers = None
+    if request.settings.fit.kind == "samples":
+        receivers = surface_points_ws(read_texture(device.gbuffer(request.size).view_depth, flip=False), request.camera)
+    s = request.settings
+    return plan_shadows(request.camera, request.light, s.warp, s.partition, s.fit, receivers_ws=receivers, scene_bounds_ws=scene_bounds,
+                        caster_bounds_ws=request.scene.instance_bounds_ws(), image_size=request.size)
+
+
+def _shade(device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, ticket: Ticket) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
+    """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
+    wants_data = request.measure or any(name in DATA_PASSES for name in request.passes)
+    samples = request.settings.shading.samples if "combined" in request.passes else 1
+    target = device.shade_target(request.size, wants_data)
+    _shade_once(device, request, request.camera, draw_list, plan, target)
+    data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
+    if samples == 1:
+        return (read_texture(target.textures[0]) if "combined" in request.passes else None), data
+    combined = np.zeros((request.size[1], request.size[0], 4), np.float32)
+    target = device.shade_target(request.size, False)
+    for i, camera in enumerate(_jittered(request.camera, request.size, samples)):
+        ticket.enter(0.7 + 0.25 * i / samples, "shade")
+        draw_gbuffer(device.context, device.programs, device.gbuffer(request.size), draw_list, camera)
+        _shade_once(device, request, camera, draw_list, plan, target)
+        combined += read_texture(target.textures[0])
+    return combined / np.float32(samples), data
+
+
+def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
+    maps = device.shadow_maps(request.settings.fit.size, len(plan.projections)) if plan is not None else None
+    device.shade_pass.draw(target, device.gbuffer(request.size), maps, draw_list, device.triangles(), camera, request.light, plan, request.settings)
+
+
+def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:
+    """The camera moved to the centres of a regular grid of sub-pixels (clip space, so that perspective and shift keep)."""
+    side = int(round(samples**0.5))
+    offsets = (np.arange(side) + 0.5) / side - 0.5
+    cameras = []
+    for dy in offsets:
+        for dx in offsets:
+            shift = np.eye(4)
+            shift[:2, 3] = -2.0 * dx / size[0], -2.0 * dy / size[1]
+            cameras.append(replace(camera, clip_from_view=shift @ camera.clip_from_view))
+    return cameras
+
+
+def _frame(device: Device, request: Request, plan: ShadowPlan | None, combined: np.ndarray | None, data: list[np.ndarray] | None) -> Frame:
+    passes = frame_passes(combined, data, request.passes)
+    measured = None
+    if request.measure and data is not None:
+        errors = data[0]
+        seen = errors[..., 0] >= 0.0
+        measured = aliasing_statistics(errors[..., 0][seen], errors[..., 1][seen], errors[..., 2][seen])
+    if "texel" in request.passes and plan is not None:
+        passes["shadow_depth"] = device.shadow_maps(request.settings.fit.size, len(plan.projections)).read()
+    info = device.context.info
+    geometry = {"meshes": len(request.scene.meshes), "instances": len(request.scene.instances), "triangles": request.scene.triangle_count}
+    return Frame(passes, plan, {}, geometry, {"renderer": info["GL_RENDERER"], "version": info["GL_VERSION"]}, measured,
+                 plan.warnings if plan is not None else ())
+
+
+def _check_size(context: moderngl.Context, size: tuple[int, int]) -> None:
+    limit = context.info["GL_MAX_TEXTURE_SIZE"]
+    if not (1 <= size[0] <= limit and 1 <= size[1] <= limit):
+        raise GpuError(f"A picture of {size[0]}×{size[1]} pixels is outside this driver's limits (1 to {limit} per side): choose another size.")
+
+
+class _Clock:
+    """Stage times in milliseconds, the GPU's work included (finish)."""
+
+    def __init__(self, context: moderngl.Context, ticket: Ticket) -> None:
+        self._context, self._ticket = context, ticket
+        self._begin = self._last = time.perf_counter()
+
+    def lap(self, stage: str) -> None:
+        """End a stage."""
+        self._context.finish()
+        now = time.perf_counter()
+        self._ticket.timing_ms[stage] = (now - self._last) * 1e3
+        self._last = now
+
+    def total(self) -> None:
+        """End the frame."""
+        self._ticket.timing_ms["total"] = (self._last - self._begin) * 1e3
+
+
+_renderer: Renderer | None = None
+
+
+def shared_renderer() -> Renderer:
+    """The renderer on the add-on's shared worker."""
+    global _renderer
+    if _renderer is None:
+        _renderer = Renderer()
+    return _renderer

@@ -1,0 +1,110 @@
+"""Deferred shading: surface + light + error of every pixel. Worker thread only."""
+
+from __future__ import annotations
+
+import math
+
+import moderngl
+import numpy as np
+
+from ..maths.projection import ShadowPlan
+from ..maths.view import Camera, Light
+from .draw_list import UNIT_INFO, UNIT_TABLE, DrawList
+from .gbuffer_pass import GBuffer, pixel_rays
+from .gl_raw import BufferTexture
+from .programs import Programs, set_uniforms
+from .settings import DISPLAYS, Settings
+from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
+
+AUTO_TEXELS = 0.5
+_UNITS = {"u_view_depth": 3, "u_normal": 4, "u_ids": 5, "u_positions": 6, "u_indices": 7, "u_shadow_depth": 8}
+
+
+class ShadeTarget:
+    """`combined` RGBA32F; with `data` also errors (m, m_x, m_z, light), normal (xyz, view depth) and ids (object, map)."""
+
+    def __init__(self, context: moderngl.Context, size: tuple[int, int], data: bool) -> None:
+        self.size, self.data = size, data
+        self.textures = [context.texture(size, 4, dtype="f4")]
+        if data:
+            self.textures += [context.texture(size, 4, dtype="f4"), context.texture(size, 4, dtype="f4"), context.texture(size, 2, dtype="i4")]
+        self.framebuffer = context.framebuffer(self.textures)
+
+    def release(self) -> None:
+        """Free the targets."""
+        self.framebuffer.release()
+        for texture in self.textures:
+            texture.release()
+
+
+class ShadePass:
+    """Holds what shading needs beside its inputs: the uniform block and an attribute-less vertex array per program."""
+
+    def __init__(self, context: moderngl.Context, programs: Programs) -> None:
+        self._context, self._programs = context, programs
+        self._block = context.buffer(reserve=len(plan_block(None)))
+        self._arrays: dict[int, moderngl.VertexArray] = {}
+
+    def draw(self, target: ShadeTarget, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList, triangles: tuple[BufferTexture, BufferTexture],
+             camera: Camera, light: Light | None, plan: ShadowPlan | None, settings: Settings) -> None:
+        """Shade `gbuffer` into `target`."""
+        program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, MAX_MAPS=MAX_MAPS,
+                                     PCF_SIDE=math.isqrt(settings.test.pcf), AUTO_TEXELS=AUTO_TEXELS,
+                                     USE_OBJECT_COLORS=settings.shading.use_object_colors)
+        self._bind(program, gbuffer, maps, draw_list, triangles)
+        along, start = pixel_rays(camera, target.size)
+        set_uniforms(program, u_along_from_pixel=_column_major(along), u_start_from_pixel=_column_major(start),
+                     u_map_count=len(plan.projections) if plan else 0, u_map_size=float(settings.fit.size),
+                     u_display=DISPLAYS.index(settings.shading.display), **_light_uniforms(light, settings), **_colors(settings))
+        self._block.write(plan_block(plan))
+        target.framebuffer.use()
+        self._context.enable_only(moderngl.NOTHING)
+        self._array(program).render(moderngl.TRIANGLES, vertices=3)
+
+    def _bind(self, program: moderngl.Program, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList,
+              triangles: tuple[BufferTexture, BufferTexture]) -> None:
+        gbuffer.view_depth.use(_UNITS["u_view_depth"])
+        gbuffer.normal.use(_UNITS["u_normal"])
+        gbuffer.ids.use(_UNITS["u_ids"])
+        triangles[0].use(_UNITS["u_positions"])
+        triangles[1].use(_UNITS["u_indices"])
+        if maps is not None:
+            maps.depth.use(_UNITS["u_shadow_depth"])
+        draw_list.table.use(UNIT_TABLE)
+        draw_list.info.use(UNIT_INFO)
+        set_uniforms(program, u_table=UNIT_TABLE, u_info=UNIT_INFO, **_UNITS)
+        self._block.bind_to_uniform_block(0)
+        program["ShadowPlan"].binding = 0
+
+    def _array(self, program: moderngl.Program) -> moderngl.VertexArray:
+        if program.glo not in self._arrays:
+            self._arrays[program.glo] = self._context.vertex_array(program, [])
+        return self._arrays[program.glo]
+
+    def release(self) -> None:
+        """Free the block and the vertex arrays."""
+        self._block.release()
+        for array in self._arrays.values():
+            array.release()
+        self._arrays.clear()
+
+
+def _column_major(matrix: np.ndarray) -> bytes:
+    return np.ascontiguousarray(matrix.T, dtype=np.float32).tobytes()
+
+
+def _light_uniforms(light: Light | None, settings: Settings) -> dict[str, object]:
+    """u_light, u_light_color, u_spot, u_spot_blend."""
+    if light is None:
+        return {"u_light": (0.0, 0.0, 1.0, 0.0), "u_light_color": (0.0, 0.0, 0.0, 0.0), "u_spot": (0.0, 0.0, 1.0, 2.0), "u_spot_blend": 1.0}
+    is_sun = light.kind == "sun"
+    vector = light.direction_ws if is_sun else light.position_ws
+    color = tuple(c * settings.shading.light_strength for c in light.color)
+    spot = (*map(float, light.direction_ws), math.cos(light.cone_rad)) if light.kind == "spot" else (0.0, 0.0, 1.0, 2.0)
+    return {"u_light": (*map(float, vector), 0.0 if is_sun else 1.0), "u_light_color": (*color, 1.0), "u_spot": spot, "u_spot_blend": light.cone_blend}
+
+
+def _colors(settings: Settings) -> dict[str, object]:
+    shading = settings.shading
+    return {"u_ambient_sky": (*shading.ambient_sky, 1.0), "u_ambient_ground": (*shading.ambient_ground, 1.0),
+            "u_background": shading.background, "u_clay": (*shading.clay, 1.0)}

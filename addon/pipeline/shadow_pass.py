@@ -1,0 +1,93 @@
+"""The light's passes: one layer of a 32-bit float depth array per shadow projection. Worker thread only."""
+
+from __future__ import annotations
+
+import moderngl
+import numpy as np
+
+from ..errors import GpuError
+from ..maths.projection import ShadowPlan, ShadowProjection
+from .draw_list import DrawList
+from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer
+from .programs import Programs, matrix_bytes, set_uniforms
+
+MAX_MAPS = 48
+_FLOATS_PER_MAP = 60
+
+
+class ShadowMaps:
+    """A depth array and a framebuffer per layer."""
+
+    def __init__(self, context: moderngl.Context, size: int, layers: int) -> None:
+        limit = context.info["GL_MAX_TEXTURE_SIZE"]
+        if size > limit:
+            raise GpuError(f"A shadow map of {size} texels is larger than this driver's limit of {limit}: choose a map size of {limit} or less.")
+        if layers > MAX_MAPS:
+            raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
+        self.size, self.layers = size, layers
+        self.depth = DepthArray(context, size, layers)
+        self.framebuffers = [LayerFramebuffer(context, self.depth, layer) for layer in range(layers)]
+
+    def release(self) -> None:
+        """Free the array and its framebuffers."""
+        for framebuffer in self.framebuffers:
+            framebuffer.release()
+        self.depth.release()
+
+    def read(self) -> np.ndarray:
+        """(layers, size, size) float32 depth 0…1, row 0 at t = −1."""
+        return np.frombuffer(self.depth.read(), np.float32).reshape(self.layers, self.size, self.size)
+
+
+def draw_shadow_maps(context: moderngl.Context, programs: Programs, maps: ShadowMaps, draw_list: DrawList, plan: ShadowPlan) -> int:
+    """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp)."""
+    context.enable_only(moderngl.DEPTH_TEST)
+    context.enable_direct(GL_DEPTH_CLAMP)
+    sent = 0
+    for projection, framebuffer in zip(plan.projections, maps.framebuffers, strict=True):
+        framebuffer.use()
+        framebuffer.framebuffer.clear(depth=1.0)
+        if not projection.is_empty:
+            sent += _draw_one(programs, draw_list, projection)
+    context.disable_direct(GL_DEPTH_CLAMP)
+    return sent
+
+
+def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection) -> int:
+    logarithmic = int(projection.log is not None)
+    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, LOGARITHMIC=logarithmic) for flag in (0, 1)]
+    for program in pair:
+        set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world), u_log_warp=log_warp_vector(projection).tobytes())
+    return draw_list.draw(*pair, projection.clip_from_world, attributes=False, cull_near=False)
+
+
+def log_warp_vector(projection: ShadowProjection) -> np.ndarray:
+    """(4,) float32 (scale, offset, s divided, logarithmic): t = scale·log2(w) + offset, as the shaders take it."""
+    log = projection.log
+    if log is None:
+        return np.zeros(4, np.float32)
+    return np.array([log.scale, log.offset, float(log.perspective_s), 1.0], np.float32)
+
+
+def plan_block(plan: ShadowPlan | None) -> bytes:
+    """The uniform block `ShadowPlan` of common_plan.glsl (std140)."""
+    block = np.zeros((MAX_MAPS, _FLOATS_PER_MAP), np.float32)
+    for row, projection in zip(block, plan.projections if plan else (), strict=False):
+        matrix = projection.clip_from_world
+        planes = np.zeros((4, 4))
+        planes[: len(projection.region_planes_ws)] = projection.region_planes_ws
+        row[0:16] = matrix.T.ravel()
+        row[16:32] = np.linalg.inv(matrix).T.ravel()
+        row[32:36] = projection.near, projection.far, len(projection.region_planes_ws), float(projection.is_empty)
+        row[36:52] = planes.ravel()
+        row[52:56] = log_warp_vector(projection)
+        row[56:58] = _linear_t(matrix)
+    return block.tobytes()
+
+
+def _linear_t(matrix: np.ndarray) -> np.ndarray:
+    """(x, y) with clip t = x·w + y: along a log map's axis the projective t is x + y / w."""
+    w, t = matrix[3], matrix[1]
+    direction = w[:3] @ w[:3]
+    slope = (t[:3] @ w[:3]) / direction if direction > 0.0 else 0.0
+    return np.array([slope, t[3] - slope * w[3]])

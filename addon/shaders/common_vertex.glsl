@@ -1,0 +1,11 @@
+// Where a vertex stands: baked parts carry world positions and their slot, instanced ones look both up.
+in vec3 in_position;
+#if INSTANCED
+#include "common_instance.glsl"
+uniform usamplerBuffer u_visible;
+uniform int u_first_instance;
+uint vertex_slot() { return texelFetch(u_visible, u_first_instance + gl_InstanceID).r; }
+vec3 vertex_ws() { return placed_ws(vertex_slot(), in_position); }
+#else
+vec3 vertex_ws() { return in_position; }
+#endif
