@@ -65,7 +65,8 @@ def split_distances(choice: PartitionChoice, near: float, far: float, gamma_rad:
     alike: its partitions are of equal depth. `gamma_rad` ∈ [0, π/2] matters to 'z-adaptive' only.
     Raises SettingsError unless 0 < near < far (near may be ≤ 0 when orthographic), or if the range is too thin to split.
     """
-    require(-inf < near < far < inf and (orthographic or 0.0 < near), "The near distance must be positive and smaller than the far distance.")
+    positive = orthographic or near > 0.0
+    require(-inf < near < far < inf and positive, "The near distance must be positive and smaller than the far distance.")
     require(0.0 <= gamma_rad <= pi / 2.0 + 1e-6, "γ must lie between 0 and 90 degrees.")
     count = choice.z_count
     if orthographic or choice.kind == "z-linear":

@@ -3,9 +3,9 @@
 What it is: numbers from (near, far, φ, γ). What it is not: the fitted matrices (`fit.py`), the map t(v) itself (`spacing.py`), the errors
 (`errors.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3, research/shadows.md §6.
 
-n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view frustum
-V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter here is
-positive or ∞, never NaN, continuous in γ, and ∞ at γ = 0, where the warp has no direction.
+n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view
+frustum V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter
+here is positive or ∞, never NaN, continuous in γ, and ∞ at γ = 0, where the warp has no direction.
 """
 
 from __future__ import annotations
@@ -139,7 +139,9 @@ def lloyd_eta(half_fov_rad: float, gamma_rad: float) -> float:
     return eta_mid - eta_mid * sin(pi / 2.0 * min((gamma_rad - mid) / (high - mid), 1.0))
 
 
-def lispsm_general_parameter(near: float, far: float, half_fov_rad: float, gamma_rad: float, kind: str = "quadratic", balanced: float | None = None) -> float:
+def lispsm_general_parameter(
+    near: float, far: float, half_fov_rad: float, gamma_rad: float, kind: str = "quadratic", balanced: float | None = None
+) -> float:
     """n' of the generalised LiSPSM (T4 (42)): `n'₁ = (n+√(fn)) sin γ − a cos γ` (39) from γ_lim up, `n'₁(γ_lim)/r(γ)` below."""
     limit = gamma_lim_rad(near, far, half_fov_rad)
     g = max(gamma_rad, limit)
@@ -149,7 +151,9 @@ def lispsm_general_parameter(near: float, far: float, half_fov_rad: float, gamma
     return first / r if r > 0.0 else inf
 
 
-def log_apex_parameter(near: float, far: float, half_fov_rad: float, gamma_rad: float, kind: str = "quadratic", apex: float | None = None) -> float:
+def log_apex_parameter(
+    near: float, far: float, half_fov_rad: float, gamma_rad: float, kind: str = "quadratic", apex: float | None = None
+) -> float:
     """n' of the log warps: `N sin γ − a cos γ` with N = n, the apex in the eye, so that m_z is the same at every depth (LogPSM 5.41, 5.42).
 
     From `log_limit_rad` up; below it ln(f'/n') fades by r(γ). `apex` replaces N (the pseudo-near optimum of LogPSM §5.1.9).
@@ -224,7 +228,13 @@ def _direct_parameter(choice: WarpChoice, near: float, far: float, half_fov_rad:
 
 
 def warp_parameter(
-    choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, sub_near: float | None = None, sub_far: float | None = None
+    choice: WarpChoice,
+    near: float,
+    far: float,
+    half_fov_rad: float,
+    gamma_rad: float,
+    sub_near: float | None = None,
+    sub_far: float | None = None,
 ) -> float:
     """n' in metres of one map over view depths [near, far]; ∞ = uniform. In (0, ∞], never NaN, continuous in γ, ∞ at γ = 0.
 
@@ -238,7 +248,7 @@ def warp_parameter(
     gamma_rad = min(max(gamma_rad, 0.0), pi / 2.0)
     if half_fov_rad <= 0.0 or gamma_rad == 0.0 or not near < far:
         return inf
-    require(0.0 < near and far < inf and half_fov_rad < pi / 2.0, "A perspective view needs 0 < near < far and a field of view below 180°.")
+    require(near > 0.0 and far < inf and half_fov_rad < pi / 2.0, "A perspective view needs 0 < near < far and a field of view below 180°.")
     z2 = far if sub_far is None else min(max(sub_far, near), far)
     z1 = min(max(near, near if sub_near is None else sub_near, choice.pseudo_near or near), z2)
     balanced = pseudo_near_parameter(near, far, z1, z2)
