@@ -10,15 +10,19 @@ import numpy as np
 
 @dataclass(frozen=True, slots=True)
 class LogWarp:
-    """The logarithmic step after the projective one, on the t axis only (LogPSM 5.39, 5.43).
+    """The logarithmic step after the projective one, on the t axis only (LogPSM 5.39, 5.43); for the sun only.
 
-    The projective part of a log map sends w to the distance from the apex of P (so w runs from n' to f') and x to x/w (logpsm) or
-    leaves it affine (log). Then `t = 2·log2(w/near)/log2(far/near) − 1`, in NDC. `near` is n', `far` is f', metres along z_ls.
-    `perspective_s` tells whether s is divided by w (logpsm) or not (log).
+    With (X, Y, Z, w) = clip_from_world · p, where w is the distance to the apex of P in units of n' (1 … f'/n'):
+    t = scale · log2(w) + offset, depth = Z (undivided: linear in the light depth),
+    s = X/w if `perspective_s` (logpsm) else X (log). Inverse: w = 2^((t − offset)/scale).
+    Y/w is the projective t of the same map: it covers exactly the same strip of the world ([−1, 1] ↔ [−1, 1]) with other spacing.
+    `near` is n', `far` is f', metres along z_ls.
     """
 
     near: float
     far: float
+    scale: float
+    offset: float
     perspective_s: bool = True
 
 
@@ -27,9 +31,11 @@ class ShadowProjection:
     """One shadow map: where a world point falls in it, and which receivers it serves.
 
     `clip_from_world` (4, 4) float64: NDC after division by w is (s, t, depth), depth growing away from the light, w > 0 on every receiver.
-    With `log` set, t is replaced as `LogWarp` says (and s left undivided for plain 'log').
-    `near`, `far`: view-depth bounds [near, far) of the receivers served. `region_planes_ws` (P, 4): P ≤ 4 planes (a, b, c, d) with
-    a·x + b·y + c·z + d ≥ 0 inside, that contain the light's direction (faces; empty for z partitions).
+    w is 1 on the near plane of P and f'/n' on its far plane (sun; a finite light multiplies it by the distance along its axis).
+    With `log` set, s, t and depth are what `LogWarp` says.
+    `near`, `far`: view-depth bounds [near, far) of the receivers served; `fitted_range` (≤ them) the view depths the warp was made for.
+    `region_planes_ws` (P, 4): P ≤ 4 planes (a, b, c, d) with a·x + b·y + c·z + d ≥ 0 inside, that contain the light's direction or
+    position (faces of the view frustum, of a point light's cube; empty for z partitions).
     `warp_parameter` n' in metres (inf = uniform), `eta` its η (T4 (32)), `face` the index of the frustum's face or −1.
     `light_depth_range` (2,) metres: the light depths that map to NDC depth −1 and +1 at the map's centre.
     """
@@ -44,11 +50,16 @@ class ShadowProjection:
     face: int = -1
     light_depth_range: tuple[float, float] = (0.0, 0.0)
     is_empty: bool = False
+    fitted_range: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ShadowPlan:
-    """All the maps of one light for one view, in the order the shader asks: the first whose bounds and planes hold serves the pixel."""
+    """All the maps of one light for one view, in the order the shader asks: the first whose bounds and planes hold serves the pixel.
+
+    `light_from_world` (4, 4): for the sun Wimmer's axes as a rotation about the world's origin (light depth = −y_ls); for a finite light
+    the homogeneous rows (X, Y, Z, R) of `light_space.py` (of the first face for a point light). `gamma_rad`, `gamma_lim_rad` of the view.
+    """
 
     projections: tuple[ShadowProjection, ...]
     gamma_rad: float

@@ -1,0 +1,268 @@
+"""From camera, light and choices to the matrices of the shadow maps: a `ShadowPlan`. Pure numpy; the order is the texts'.
+
+1. Light space (`light_space.py`), γ. 2. Near and far of what is to be divided: the camera's ('frustum'), those of view ∩ scene ('scene'),
+or those of the receivers really visible ('samples'). 3. Splits (`partitions.py`). 4. Per partition n' (`warps.py`), the apex placed before
+the partition's slab of the view frustum as T4 §4.2.2 has it, then the crop (`crop.py`): xy from receivers, depth from casters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import expm1, inf, log1p, pi, sqrt
+
+import numpy as np
+
+from .choices import FitChoice, PartitionChoice, WarpChoice
+from .crop import Casters, Receivers, Warp, crop
+from .frusta import Body, box_corners, box_planes, depth_planes, frustum_corners, hexahedron
+from .light_space import NEAREST, LightSpace, cone_space, roundness, sun_space
+from .partitions import split_distances
+from .projection import ShadowPlan, ShadowProjection
+from .spaces import translation
+from .view import Camera, Light
+from .warps import eta_from_parameter, gamma_lim_rad, warp_depth, warp_parameter
+
+STRONGEST = 1e4       # largest f'/n': beyond it float32 cannot place a texel
+LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
+THINNEST = 1e-3       # least (f−n)/n of a range that is divided
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What every map of a plan needs to know: the view, the choices, and the receivers relative to the eye.
+
+    `samples` (P, 3) float32 or None for the body fits, `depths` (P,) their view depths; `body` the view frustum, cut by the scene for
+    the 'scene' fit; `boxes` (I, 2, 3) the casters; `pixel` half a pixel's size at view depth 1 (perspective) or anywhere (orthographic).
+    """
+
+    camera: Camera
+    warp: WarpChoice
+    fit: FitChoice
+    samples: np.ndarray | None
+    depths: np.ndarray | None
+    body: Body
+    boxes: np.ndarray
+    pixel: float
+
+    @property
+    def depth_range(self) -> tuple[float, float] | None:
+        """Least and largest view depth of the receivers, never thinner than `THINNEST`; None where there is nothing."""
+        depths = self.depths if self.samples is not None else self.body.vertices @ self.camera.direction_ws
+        return None if not len(depths) else self.padded_range(float(depths.min()), float(depths.max()))
+
+    def padded_range(self, near: float, far: float) -> tuple[float, float]:
+        """The range inside the camera's, widened to a thickness that can be warped and divided."""
+        if not self.camera.is_orthographic:
+            near = max(near, self.camera.near * (1.0 - 1e-6))
+        return near, max(far, near + THINNEST * max(abs(near), 1e-6 * (self.camera.far - self.camera.near)))
+
+
+def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: PartitionChoice, fit: FitChoice, *,
+                 receivers_ws: np.ndarray | None, scene_bounds_ws: np.ndarray, caster_bounds_ws: np.ndarray,
+                 image_size: tuple[int, int]) -> ShadowPlan:
+    """The shadow maps of one light for one view.
+
+    `receivers_ws` (P, 3) points of the visible surface (needed for the 'samples' fit only), `scene_bounds_ws` (2, 3), `caster_bounds_ws`
+    (I, 2, 3) boxes of the casters, `image_size` (width, height) in pixels. The number of projections depends on the choices and the
+    light's kind alone: partitions without receivers are there too (`is_empty`), with a matrix of their slab of the view.
+    """
+    if fit.kind == "samples" and receivers_ws is None:
+        raise ValueError("The 'samples' fit needs receivers_ws, the points of the visible surface.")
+    sight = _sight(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
+    near, far = sight.depth_range or (camera.near, camera.far)
+    spaces = list(_spaces(camera, light, fit, scene_bounds_ws))
+    choice = partition if light.kind != "point" else PartitionChoice(kind="none")
+    splits = split_distances(choice, near, far, spaces[0].gamma_rad, camera.is_orthographic)
+    projections = tuple(p for face, space in enumerate(spaces) for p in _maps(sight, space, splits, face if len(spaces) > 1 else -1))
+    gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
+    return ShadowPlan(projections, spaces[0].gamma_rad, gamma_lim, _light_from_world(spaces[0], camera), _warnings(light, warp))
+
+
+def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarray | None, scene_bounds: np.ndarray, casters: np.ndarray,
+           image_size: tuple[int, int]) -> Sight:
+    """Everything moved to the eye, where float32 is finest."""
+    eye = camera.eye_ws
+    body = hexahedron(frustum_corners(camera, camera.near, camera.far))
+    if fit.kind == "scene":
+        body = body.clipped(box_planes(np.asarray(scene_bounds, np.float64) - eye))
+    samples = depths = None
+    if fit.kind == "samples":
+        samples = np.asarray(receivers, dtype=np.result_type(receivers, np.float32)).reshape(-1, 3)
+        samples = np.subtract(samples, eye.astype(samples.dtype)).astype(np.float32, copy=False)
+        depths = samples @ camera.direction_ws.astype(np.float32)
+    pixel = 1.0 / float(camera.clip_from_view[1, 1]) / image_size[1]
+    return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
+
+
+def _spaces(camera: Camera, light: Light, fit: FitChoice, scene_bounds: np.ndarray) -> Iterator[LightSpace]:
+    """One light space, or six for a point light (the faces of a cube along the world's axes)."""
+    if light.kind == "sun":
+        yield sun_space(light, camera)
+        return
+    position = np.asarray(light.position_ws, np.float64) - camera.eye_ws
+    corners = frustum_corners(camera, camera.near, camera.far) if fit.kind == "frustum" else box_corners(scene_bounds) - camera.eye_ws
+    reach = float(np.linalg.norm(corners - position, axis=1).max())
+    if light.kind == "spot":
+        yield cone_space(position, -np.asarray(light.direction_ws, np.float64), light.cone_rad, reach, camera)
+        return
+    axes = np.eye(3)
+    for axis in range(3):
+        for sign in (1.0, -1.0):
+            yield cone_space(position, sign * axes[axis], pi / 4.0, reach, camera, axes[[(axis + 1) % 3, (axis + 2) % 3]])
+
+
+def _light_from_world(space: LightSpace, camera: Camera) -> np.ndarray:
+    """The plan's `light_from_world`: a rotation for the sun, homogeneous rows for a finite light."""
+    return space.from_eye if space.position is None else space.from_eye @ translation(-camera.eye_ws)
+
+
+def _warnings(light: Light, warp: WarpChoice) -> tuple[str, ...]:
+    """What the plan could not do as asked."""
+    if light.kind != "sun" and warp.is_logarithmic:
+        return (f"The '{warp.kind}' warp needs a sun: the {light.kind} light has the perspective warp of the same n'.",)
+    return ()
+
+
+def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int) -> Iterator[ShadowProjection]:
+    """One projection per slab between the splits."""
+    rows, depths = _light_rows(sight, space)
+    casters = _casters(sight.boxes, space)
+    count = len(splits) - 1
+    for i in range(count):
+        near, far = float(splits[i]), float(splits[i + 1])
+        receivers, fitted = _contents(sight, space, rows, depths, near, far, i + 1 == count)
+        projection = _one_map(sight, space, receivers, casters, fitted)
+        slack = 1e-5 * (splits[-1] - splits[0])
+        yield ShadowProjection(**projection, near=near - slack * (i == 0), far=far + slack * (i + 1 == count), face=face,
+                               region_planes_ws=_region(space, sight.camera, face))
+
+
+def _region(space: LightSpace, camera: Camera, face: int) -> np.ndarray:
+    """The planes that select this map: the sides of a cube's face; none for a sun or a spot (the shader knows the cone)."""
+    if face < 0 or space.planes is None:
+        return np.empty((0, 4))
+    planes = space.planes[:4].copy()
+    planes[:, 3] -= planes[:, :3] @ camera.eye_ws
+    return planes
+
+
+def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Samples as rows x, y, z of light space (3, P) float32, and their view depths; for a finite light only those in its pyramid."""
+    if sight.samples is None:
+        return None, None
+    samples, depths = sight.samples, sight.depths
+    if space.planes is None:
+        return space.from_eye[:3, :3].astype(np.float32) @ samples.T, depths
+    heights = space.planes[:, :3].astype(np.float32) @ samples.T + space.planes[:, 3:].astype(np.float32)
+    inside = (heights >= 0.0).all(axis=0)
+    samples, depths = samples[inside], depths[inside]
+    h = space.from_eye[:, :3].astype(np.float32) @ samples.T + space.from_eye[:, 3:].astype(np.float32)
+    return h[:3] / h[3], depths
+
+
+def _casters(boxes: np.ndarray, space: LightSpace) -> Casters:
+    """The casters' boxes in light space: bounds of the turned boxes (sun), or of their images and nearest points."""
+    if space.position is None:
+        centre, half = boxes.mean(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
+        axes = space.from_eye[:3, :3]
+        return Casters(centre @ axes.T, half @ np.abs(axes).T)
+    h = box_corners(boxes) @ space.from_eye[:, :3].T + space.from_eye[:, 3]
+    ahead = h[..., 3].max(axis=1, initial=-inf) > space.least
+    h, boxes = h[ahead], boxes[ahead]
+    gap = np.linalg.norm(np.maximum(0.0, np.maximum(boxes[:, 0] - space.position, space.position - boxes[:, 1])), axis=1)
+    nearest = np.maximum(h[..., 3].min(axis=1), np.maximum(space.least, gap / sqrt(1.0 + 2.0 * space.slope**2)))
+    beside = h[..., 3].min(axis=1) < space.least  # it reaches behind the light: its image is unbounded
+    r = np.maximum(h[..., 3], space.least)
+    lower = np.where(beside[:, None], -1e30, (h[..., :3] / r[..., None]).min(axis=1))
+    upper = np.where(beside[:, None], 1e30, (h[..., :3] / r[..., None]).max(axis=1))
+    lower[:, 1] = upper[:, 1] = 1.0 / nearest
+    return Casters(0.5 * (lower + upper), 0.5 * (upper - lower))
+
+
+def _contents(sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, near: float, far: float,
+              last: bool) -> tuple[Receivers | None, tuple[float, float]]:
+    """The slab's receivers in light space (None where there are none), and their own view-depth range."""
+    view = sight.camera.direction_ws
+    if rows is None:
+        body = sight.body.clipped(depth_planes(view, near, far))
+        inside = _cut(body, space).vertices
+        if not len(inside):
+            return None, sight.padded_range(near, far)
+        heights = inside @ view
+        return Receivers(space.points(inside).T), sight.padded_range(float(heights.min()), float(heights.max()))
+    mask = (depths >= np.float32(near)) & ((depths <= np.float32(far)) if last else (depths < np.float32(far)))
+    own = depths[mask]
+    if not len(own):
+        return None, sight.padded_range(near, far)
+    kept = rows[:, mask]
+    radius = np.full(len(own), sight.pixel, np.float32) if sight.camera.is_orthographic else own * np.float32(sight.pixel)
+    if space.position is not None:
+        radius = radius * kept[1]
+    return Receivers(kept, radius), sight.padded_range(float(own.min()), float(own.max()))
+
+
+def _cut(body: Body, space: LightSpace) -> Body:
+    """What of a body lies where a finite light serves."""
+    return body if space.planes is None else body.clipped(space.planes)
+
+
+def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters, fitted: tuple[float, float]) -> dict[str, object]:
+    """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths, crop to the receivers."""
+    near, far = fitted
+    slab = _cut(hexahedron(frustum_corners(sight.camera, near, far)), space).vertices
+    if not len(slab):
+        slab = _reach_of(space)
+    hull = space.points(slab)
+    lit = receivers if receivers is not None else Receivers(hull.T)
+    z = np.concatenate([hull[:, 2], [lit.rows[2].min(), lit.rows[2].max()]]) if space.position is not None else hull[:, 2]
+    start, depth = float(z.min()), max(float(np.ptp(z)), 1e-9)
+    round_share = _round_share(sight, space, near, far)
+    strength, depth_m = _strength(sight, space, near, far, depth, round_share)
+    log = sight.warp.kind == "logpsm" if sight.warp.is_logarithmic and space.position is None else None
+    warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log)
+    cropped = crop(space, warp, lit, casters, sight.fit, round_share)
+    parameter = depth_m / (warp.kappa * depth) if warp.kappa else inf
+    eta = eta_from_parameter(parameter, near, far, depth_m) if near > 0.0 else -1.0
+    return {"clip_from_world": cropped.clip_from_eye @ translation(-sight.camera.eye_ws), "log": cropped.log, "warp_parameter": parameter,
+            "eta": eta, "light_depth_range": _light_depths(space, sight.camera, cropped.y_range, cropped.centre),
+            "is_empty": receivers is None, "fitted_range": (near, far)}
+
+
+def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> float:
+    """`roundness` of this map; a view with parallel rays has no γ_lim, its rectangle turns about the axis all the same."""
+    phi = sight.camera.half_fov_rad
+    return roundness(space.gamma_rad, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf)
+
+
+def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float, round_share: float) -> tuple[float, float]:
+    """ln(f'/n') of the map, and the depth of P in metres that n' refers to.
+
+    For the sun that is P's own depth. In a finite light's space lengths have no unit: there f'/n' is carried over from the directional
+    case at the place the map looks at, which is the same thing for a distant light.
+    """
+    phi, gamma = sight.camera.half_fov_rad, space.gamma_rad
+    if phi <= 0.0:
+        return 0.0, depth
+    depth_m = depth if space.position is None else warp_depth(near, far, phi, gamma)
+    parameter = warp_parameter(sight.warp, near, far, phi, gamma)
+    return min(log1p(depth_m / parameter), log1p(STRONGEST)) * (1.0 - round_share), depth_m
+
+
+def _light_depths(space: LightSpace, camera: Camera, y: tuple[float, float], centre: tuple[float, float]) -> tuple[float, float]:
+    """Light depths of two y of light space on the map's central ray: −y_ls (sun), or the distance to the light along that ray."""
+    if space.position is None:
+        offset = float(space.travel_ws @ camera.eye_ws)
+        return offset - y[0], offset - y[1]
+    slant = sqrt(1.0 + centre[0] ** 2 + centre[1] ** 2)
+    return tuple(slant / v if v > 0.0 else inf for v in y)
+
+
+def _reach_of(space: LightSpace) -> np.ndarray:
+    """(8, 3) corners, relative to the eye, of the pyramid a finite light serves: the matrix of a map that nothing visible asks."""
+    side = space.planes[:4, :3]
+    across = side[0] - side[1], side[2] - side[3]
+    u, v = (space.slope * e / np.linalg.norm(e) for e in across)
+    reach = space.least / NEAREST
+    return np.array([space.position + d * (space.travel_ws + a * u + b * v)
+                     for d in (2.0 * space.least, reach) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])

@@ -1,0 +1,68 @@
+"""Points and matrices between spaces: homogeneous transforms and the camera matrices of OpenGL.
+
+Matrices say target from source and act on column vectors; points are rows (CONVENTIONS.md). Nothing here knows of lights.
+"""
+
+from __future__ import annotations
+
+from math import tan
+
+import numpy as np
+
+from .choices import require
+
+
+def transform(target_from_source: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(…, 3) points through a 4×4 matrix → (…, 4) homogeneous points, float64; nothing is divided."""
+    return np.asarray(points, np.float64) @ target_from_source[:, :3].T + target_from_source[:, 3]
+
+
+def divide(points_h: np.ndarray) -> np.ndarray:
+    """(…, 4) homogeneous → (…, 3). Domain: w ≠ 0."""
+    return points_h[..., :3] / points_h[..., 3:]
+
+
+def translation(offset: np.ndarray) -> np.ndarray:
+    """(4, 4) matrix that adds `offset` (3,)."""
+    out = np.eye(4)
+    out[:3, 3] = offset
+    return out
+
+
+def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray = (0.0, 0.0, 1.0)) -> np.ndarray:
+    """`view_from_world` of a camera at `eye_ws` that looks at `target_ws`.
+
+    Where `up_ws` is parallel to the view, the world axis least aligned with the view takes its place, so the result is always rigid.
+    Raises `SettingsError` when eye and target coincide.
+    """
+    eye, forward = np.asarray(eye_ws, np.float64), np.subtract(target_ws, eye_ws, dtype=np.float64)
+    length = np.linalg.norm(forward)
+    require(bool(length > 0.0), "The camera's eye and target coincide: move one of them.")
+    forward /= length
+    right = np.cross(forward, up_ws)
+    if not np.linalg.norm(right) > 1e-9 * np.linalg.norm(up_ws):
+        right = np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))])
+    right /= np.linalg.norm(right)
+    out = np.eye(4)
+    out[:3, :3] = right, np.cross(right, forward), -forward
+    out[:3, 3] = -out[:3, :3] @ eye
+    return out
+
+
+def perspective(half_fov_rad: float, aspect: float, near: float, far: float) -> np.ndarray:
+    """OpenGL's `clip_from_view` for half the *vertical* field of view, aspect = width/height, near and far view depth."""
+    out = np.zeros((4, 4))
+    out[1, 1] = 1.0 / tan(half_fov_rad)
+    out[0, 0] = out[1, 1] / aspect
+    out[2, 2], out[2, 3] = (far + near) / (near - far), 2.0 * far * near / (near - far)
+    out[3, 2] = -1.0
+    return out
+
+
+def orthographic(half_height: float, aspect: float, near: float, far: float) -> np.ndarray:
+    """OpenGL's parallel `clip_from_view`: metres from the axis to the top edge, aspect = width/height."""
+    out = np.eye(4)
+    out[1, 1] = 1.0 / half_height
+    out[0, 0] = out[1, 1] / aspect
+    out[2, 2], out[2, 3] = 2.0 / (near - far), (far + near) / (near - far)
+    return out
