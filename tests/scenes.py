@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from addon.maths import spaces
 from addon.maths.view import Camera, Light
 from addon.pipeline.scene import Instances, Mesh, Scene
 
@@ -136,7 +137,7 @@ def sphere() -> Scene:
 
 
 def calibration_cards(camera: Camera, light_direction_ws: np.ndarray, distances: np.ndarray, size_px: float = 0.02) -> Scene:
-    """Cards on the view axis that face the mid direction of eye and light (no projection aliasing), shifted aside so that none hides another.
+    """Cards near the view axis that face the mid direction of eye and light (no projection aliasing), side by side so that all are seen.
 
     `distances` view depths; `size_px` half the edge of a card as a share of the picture's height at its depth.
     """
@@ -156,19 +157,9 @@ def calibration_cards(camera: Camera, light_direction_ws: np.ndarray, distances:
     return scene_of(*cards)
 
 
-def look_at(eye: tuple, target: tuple, fov_y_deg: float = 50.0, aspect: float = 16.0 / 9.0, near: float = 0.1, far: float = 100.0) -> Camera:
-    """A perspective camera at `eye` looking at `target`, Z up."""
-    eye, target = np.array(eye, dtype=np.float64), np.array(target, dtype=np.float64)
-    back = (eye - target) / np.linalg.norm(eye - target)
-    right = np.cross([0.0, 0.0, 1.0] if abs(back[2]) < 0.999 else [0.0, 1.0, 0.0], back)
-    right /= np.linalg.norm(right)
-    view_from_world = np.eye(4)
-    view_from_world[:3, :3] = np.stack([right, np.cross(back, right), back])
-    view_from_world[:3, 3] = -view_from_world[:3, :3] @ eye
-    scale = 1.0 / np.tan(np.radians(fov_y_deg) / 2.0)
-    clip_from_view = np.array([[scale / aspect, 0, 0, 0], [0, scale, 0, 0],
-                               [0, 0, -(far + near) / (far - near), -2.0 * far * near / (far - near)], [0, 0, -1.0, 0]])
-    return Camera(view_from_world, clip_from_view, near, far)
+def look_at(eye: tuple, target: tuple, fov_y_deg: float = 50.0, near: float = 0.1, far: float = 100.0) -> Camera:
+    """A perspective camera at `eye` looking at `target`, Z up, 16:9."""
+    return Camera(spaces.look_at(eye, target), spaces.perspective(np.radians(fov_y_deg) / 2.0, 16.0 / 9.0, near, far), near, far)
 
 
 def sun(elevation_deg: float, azimuth_deg: float = 30.0) -> Light:

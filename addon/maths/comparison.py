@@ -87,7 +87,7 @@ def distances(marks: np.ndarray, limit: int) -> np.ndarray:
 
 
 def distance_to_edges_px(edges: Cracks) -> np.ndarray:
-    """(h, w) distance in pixels from every pixel centre to the nearest crack that is set, or to the border of the image, whichever is nearer.
+    """(h, w) distance in pixels from every pixel centre to the nearest crack that is set or to the image's border, whichever is nearer.
 
     What lies beyond the border is not known, so the border counts as an edge. At most `LARGEST_DISTANCE_PX`.
     """

@@ -1,7 +1,7 @@
 """Two ray tracers behind one face: Blender's BVH (in every Blender) and Embree (batches, for benchmarks). Both watertight, both float32.
 
-Both answer for batches of R rays: `nearest(origins, directions, limits)` → (triangle (R,) int64, −1 = none; distance (R,) float64) and
-`blocked(origins, directions, limits)` → (R,) bool. Directions are unit vectors; limits are metres.
+Both answer for batches of R rays: `nearest(origins, directions, limits)` → (triangle (R,) int64, −1 = none; distance (R,) float64, inf).
+Directions are unit vectors; limits are metres.
 """
 
 from __future__ import annotations
@@ -18,9 +18,6 @@ class Backend(Protocol):
 
     def nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First triangle along each ray."""
-
-    def blocked(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> np.ndarray:
-        """Whether anything lies on each ray."""
 
 
 class BlenderBackend:
@@ -39,10 +36,6 @@ class BlenderBackend:
         triangle = np.array([-1 if index is None else index for index, _ in hits], dtype=np.int64)
         return triangle, np.array([np.inf if index is None else distance for index, distance in hits], dtype=np.float64)
 
-    def blocked(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> np.ndarray:
-        """Whether anything lies on each ray (the BVH has no cheaper any-hit query)."""
-        return self.nearest(origins, directions, limits)[0] >= 0
-
 
 class EmbreeBackend:
     """Intel Embree through `embreex`, robust mode."""
@@ -56,19 +49,12 @@ class EmbreeBackend:
         self._scene = EmbreeScene(robust=True)
         self._mesh = TriangleMesh(self._scene, np.ascontiguousarray(corners, dtype=np.float32))
 
-    def _run(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray, **query: object) -> dict | np.ndarray:
-        return self._scene.run(*(np.ascontiguousarray(a, dtype=np.float32) for a in (origins, directions)),
-                               dists=np.ascontiguousarray(limits, dtype=np.float32), **query)
-
     def nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First triangle along each ray, and its distance."""
-        hit = self._run(origins, directions, limits, query="INTERSECT", output=1)
+        rays = (np.ascontiguousarray(a, dtype=np.float32) for a in (origins, directions, limits))
+        hit = self._scene.run(*rays, query="INTERSECT", output=1)
         triangle = hit["primID"].astype(np.int64)
         return triangle, np.where(triangle >= 0, hit["tfar"].astype(np.float64), np.inf)
-
-    def blocked(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> np.ndarray:
-        """Whether anything lies on each ray."""
-        return self._run(origins, directions, limits, query="OCCLUDED") >= 0
 
 
 BACKENDS = {"blender": BlenderBackend, "embree": EmbreeBackend}

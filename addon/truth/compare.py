@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 COMPARED_PASSES = ("shadow", "depth", "object", "partition")
 SAME_SURFACE = 1e-3
-WITNESSES = 48
+WITNESSES = 96
 
 
 def pixel_size(truth: Truth, camera: Camera) -> np.ndarray:
@@ -33,7 +33,7 @@ def pixel_size(truth: Truth, camera: Camera) -> np.ndarray:
 
 
 def truth_edges(truth: Truth, camera: Camera) -> tuple[comparison.Cracks, comparison.Cracks]:
-    """All edges of the truth (shadow, depth, object, horizon of the light), and those of them that are shadow edges on one lit-facing surface."""
+    """All edges of the truth (shadow, depth, object, horizon of the light), and of them the shadow edges on one lit-facing surface."""
     surface = (comparison.changes(truth.object) | comparison.changes(truth.lit_facing)
                | comparison.depth_breaks(truth.point_ws, truth.normal_ws, pixel_size(truth, camera)))
     shadow = comparison.changes(truth.lit)
@@ -45,10 +45,10 @@ def counted_pixels(frame: Frame, truth: Truth) -> np.ndarray:
 
     Raises `SceneError` when frame and truth do not show the same picture (more than 2 % of the pixels that either sees differ).
     """
-    seen = (truth.object >= 0) & (frame.passes["object"] >= 0)
-    depth = np.where(seen, truth.depth, 1.0)
-    same = seen & ((frame.passes["object"] == truth.object) | (np.abs(np.where(seen, frame.passes["depth"], 1.0) - depth) < SAME_SURFACE * depth))
-    either = (truth.object >= 0) | (frame.passes["object"] >= 0)
+    shown, traced = frame.passes["object"] >= 0, truth.object >= 0
+    seen, either = shown & traced, shown | traced
+    depth, shown_depth = np.where(seen, truth.depth, 1.0), np.where(seen, frame.passes["depth"], 1.0)
+    same = seen & ((frame.passes["object"] == truth.object) | (np.abs(shown_depth - depth) < SAME_SURFACE * np.abs(depth)))
     if (either & ~same).sum() > 0.02 * max(int(either.sum()), 1) + 20:
         raise SceneError("The frame and its ray-traced truth show different surfaces: render both from the same scene and camera.")
     return same & truth.lit_facing
@@ -59,7 +59,7 @@ def compare(frame: Frame, truth: Truth, camera: Camera, light: Light, map_size: 
     """The contract's `truth` dictionary (with one more key, `partitions`: the same for each), and the difference image (h, w, 3).
 
     `frame` needs the passes in `COMPARED_PASSES`. With `tracer`, what looks like acne or a leak must also stand when the truth is asked
-    at 48 places between the pixel centres around it: a wire thinner than a pixel may shade the place without touching any centre.
+    at 96 places between the pixel centres around it: a wire thinner than a pixel may shade the place without touching any centre.
     """
     require(frame.plan is not None, "There is no shadow to compare: the view has no light.")
     partition = frame.passes["partition"]

@@ -13,17 +13,18 @@ from ..maths.view import Camera
 from .tracer import Truth, pixel_centres, pixel_rays
 
 STEP_PX = 0.25
+SMALLEST_W = 1e-9
 
 
 def texel_coordinates(projection: ShadowProjection, points_ws: np.ndarray, map_size: int) -> np.ndarray:
     """(K, 2) texel coordinates 0…N of K points with w > 0, the logarithmic step included (see `LogWarp`)."""
     clip = points_ws @ projection.clip_from_world[:, :3].T + projection.clip_from_world[:, 3]
-    w = np.maximum(clip[:, 3], np.finfo(np.float64).tiny)
+    w = np.maximum(clip[:, 3], SMALLEST_W)
     s, t = clip[:, 0] / w, clip[:, 1] / w
     log = projection.log
     if log is not None:
         s = s if log.perspective_s else clip[:, 0]
-        t = 2.0 * np.log2(w / log.near) / np.log2(log.far / log.near) - 1.0
+        t = log.scale * np.log2(w) + log.offset
     return (np.stack([s, t], axis=-1) + 1.0) * (map_size / 2.0)
 
 
@@ -53,9 +54,9 @@ def texel_extent_px(truth: Truth, camera: Camera, plan: ShadowPlan, partition: n
         for axis in (0, 1):
             step = np.zeros(2)
             step[axis] = STEP_PX
-            ends = [texel_coordinates(projection, _on_tangent_plane(camera, truth, centres[seen] + sign * step, seen, (width, height)), map_size)
-                    for sign in (1.0, -1.0)]
-            columns.append((ends[0] - ends[1]) / (2.0 * STEP_PX))
+            ends = [_on_tangent_plane(camera, truth, centres[seen] + sign * step, seen, (width, height)) for sign in (1.0, -1.0)]
+            after, before = (texel_coordinates(projection, points, map_size) for points in ends)
+            columns.append((after - before) / (2.0 * STEP_PX))
         extent[seen] = 1.0 / np.maximum(smallest_singular_value(np.stack(columns, axis=-1)), 1e-6)
     return extent.reshape(height, width)
 

@@ -36,7 +36,8 @@ def world_triangles(scene: Scene) -> WorldTriangles:
     """All triangles of all instances; those without area in world space are left out (no ray can hit them)."""
     scene.bounds_ws()  # raises SceneError when there is nothing
     pieces, ids = [], []
-    for index, matrix, object_id in zip(scene.instances.mesh_index, scene.instances.world_from_object, scene.instances.object_id, strict=True):
+    placed = scene.instances
+    for index, matrix, object_id in zip(placed.mesh_index, placed.world_from_object, placed.object_id, strict=True):
         mesh = scene.meshes[index]
         positions = mesh.positions.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         pieces.append(positions[mesh.triangles])

@@ -68,7 +68,8 @@ def test_a_shifted_edge_is_displaced_by_its_shift_and_is_no_acne(shift):
     edges = comparison.changes(truth)
     displacement, where = comparison.edge_displacements_px(edges, comparison.changes(preview))
     assert len(where) == 40 and (displacement == abs(shift)).all()
-    classes = comparison.classify(truth, preview.astype(np.float32), everything, np.ones(truth.shape), comparison.is_uniform(edges, abs(shift)))
+    uniform = comparison.is_uniform(edges, abs(shift))
+    classes = comparison.classify(truth, preview.astype(np.float32), everything, np.ones(truth.shape), uniform)
     result = comparison.statistics(classes, displacement)
     assert result["misclassified_pct"] == pytest.approx(100.0 * abs(shift) / 60)
     assert result["acne_pct"] == result["leak_pct"] == 0.0
