@@ -11,6 +11,7 @@ import importlib.util
 import shutil
 import subprocess
 import sys
+import tempfile
 import tomllib
 import zipfile
 from pathlib import Path
@@ -47,15 +48,16 @@ def fetch_wheels(platform: str, python: str) -> list[Path]:
     """The locked wheels for one platform and Python ("313"), downloaded at most once per state of the lock."""
     folder = ROOT / "build" / "wheels" / hashlib.sha256(LOCK.read_bytes()).hexdigest()[:12] / f"{platform}-{python}"
     if not folder.is_dir():
-        partial = folder.with_name(folder.name + ".partial")
-        shutil.rmtree(partial, ignore_errors=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder.parent))
         if not PIP_PYTHON.is_file():
             raise BuildError(f"{PIP_PYTHON} is missing: run this as ./dev package")
         tags = [part for tag in PLATFORMS[platform] for part in ("--platform", tag)]
         options = ["--quiet", "--disable-pip-version-check", "--no-deps", "--require-hashes", "--only-binary=:all:"]
         target = ["--implementation", "cp", "--python-version", python, *tags, "-d", partial, "-r", LOCK]
         run([PIP_PYTHON, "-m", "pip", "download", *options, *target], f"fetching wheels for {platform}, Python {python}")
-        partial.rename(folder)
+        if not folder.is_dir():  # another build may have been quicker
+            partial.rename(folder)
     return sorted(folder.glob("*.whl"))
 
 
@@ -72,7 +74,6 @@ def copy_licences(wheels: dict[str, Path], folder: Path) -> None:
 
 def stage(folder: Path, platforms: list[str]) -> None:
     """A clean copy of what goes into the package, with its wheels and the manifest that lists them."""
-    shutil.rmtree(folder, ignore_errors=True)
     (folder / "wheels").mkdir(parents=True)
     for name in PACKED:
         source = ROOT / name
@@ -112,23 +113,21 @@ def blender_tool() -> tuple[Path, Path]:
 def build(output: Path, platforms: list[str]) -> list[Path]:
     """The validated zips in `output`, one per platform."""
     tool, tags = blender_tool()
-    work = ROOT / "build" / "package" / "-".join(platforms)
-    source, zips = work / "source", work / "zips"
-    stage(source, platforms)
-    shutil.rmtree(zips, ignore_errors=True)
-    zips.mkdir()
-    run([sys.executable, tool, "validate", "--valid-tags", tags, source], "validating the sources")
-    command = [sys.executable, tool, "build", "--valid-tags", tags, "--source-dir", source, "--output-dir", zips, "--split-platforms"]
-    run(command, "building")
     output.mkdir(parents=True, exist_ok=True)
-    built = []
-    for path in sorted(zips.glob("*.zip")):
-        run([sys.executable, tool, "validate", "--valid-tags", tags, path], f"validating {path.name}")
-        check(path)
-        built.append(path.replace(output / path.name))
-    if len(built) != len(platforms):
-        raise BuildError(f"{len(platforms)} zips expected, the builder made {[path.name for path in built]}")
-    return built
+    with tempfile.TemporaryDirectory(prefix=".package-", dir=output) as work:
+        source, zips = Path(work, "source"), Path(work, "zips")
+        stage(source, platforms)
+        zips.mkdir()
+        run([sys.executable, tool, "validate", "--valid-tags", tags, source], "validating the sources")
+        command = [sys.executable, tool, "build", "--valid-tags", tags, "--source-dir", source, "--output-dir", zips, "--split-platforms"]
+        run(command, "building")
+        built = sorted(zips.glob("*.zip"))
+        if len(built) != len(platforms):
+            raise BuildError(f"{len(platforms)} zips expected, the builder made {[path.name for path in built]}")
+        for path in built:
+            run([sys.executable, tool, "validate", "--valid-tags", tags, path], f"validating {path.name}")
+            check(path)
+        return [path.replace(output / path.name) for path in built]
 
 
 def check(path: Path) -> None:
