@@ -119,7 +119,7 @@ class GpuWorker:
                 future.set_exception(error)
             del future, job, item
             if context is not None:
-                context.gc()
+                _collect(context)
         self._drop_queued()
         self._release(context)
 
@@ -135,8 +135,16 @@ class GpuWorker:
             release()
         if context is not None:
             gc.collect()
-            context.gc()
+            _collect(context)
             context.release()
+
+
+def _collect(context: moderngl.Context) -> None:
+    """Release what Python has dropped. moderngl's own `gc()` fails on objects that were also released by hand, hence the check."""
+    while context.objects:
+        dropped = context.objects.popleft()
+        if hasattr(dropped, "release"):
+            dropped.release()
 
 
 _worker: GpuWorker | None = None

@@ -10,13 +10,12 @@ import numpy as np
 
 from .clusters import runs, segments, visible
 from .gl_raw import BufferTexture
-from .programs import set_uniforms
+from .programs import SAMPLER_UNITS, set_uniforms
 from .scene import Scene
 
 if TYPE_CHECKING:
     from .geometry import GeometryStore
 
-UNIT_TABLE, UNIT_INFO, UNIT_VISIBLE = 0, 1, 2
 ROWS_PER_SLOT = 4
 
 
@@ -64,13 +63,11 @@ class DrawList:
     def draw(self, baked: moderngl.Program, instanced: moderngl.Program, clip_from_world: np.ndarray, *, attributes: bool, cull_near: bool = True) -> int:
         """Draw all that `clip_from_world` can see with the two variants of a program; returns the triangles sent.
 
-        `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle`, and the samplers `u_table`, `u_info`.
+        `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle` and the instance table.
         """
-        self.table.use(UNIT_TABLE)
-        self.info.use(UNIT_INFO)
+        self.bind_table()
         sent = 0
         if len(self.first):
-            set_uniforms(baked, u_table=UNIT_TABLE, u_info=UNIT_INFO)
             array = self._vertex_array(baked, attributes)
             mask = visible(self.bounds_ws, clip_from_world, cull_near)
             for first, count in runs(mask, self.first, self.count, self.segment):
@@ -79,13 +76,17 @@ class DrawList:
                 sent += count // 3
         return sent + self._draw_groups(instanced, clip_from_world, attributes, cull_near)
 
+    def bind_table(self) -> None:
+        """Bind the instance table for `common_instance.glsl`."""
+        self.table.use(SAMPLER_UNITS["u_table"])
+        self.info.use(SAMPLER_UNITS["u_info"])
+
     def _draw_groups(self, program: moderngl.Program, clip_from_world: np.ndarray, attributes: bool, cull_near: bool) -> int:
         if not self.groups:
             return 0
         chosen = [g.slots[visible(g.bounds_ws, clip_from_world, cull_near)] for g in self.groups]
         self.visible_buffer.write(np.concatenate(chosen).tobytes())
-        self.visible.use(UNIT_VISIBLE)
-        set_uniforms(program, u_table=UNIT_TABLE, u_info=UNIT_INFO, u_visible=UNIT_VISIBLE)
+        self.visible.use(SAMPLER_UNITS["u_visible"])
         array = self._vertex_array(program, attributes)
         cursor = sent = 0
         for group, slots in zip(self.groups, chosen, strict=True):
@@ -102,7 +103,7 @@ class DrawList:
             store = self.store
             content = [(store.positions, "3f4", "in_position")]
             if attributes and "in_normal" in program:
-                content.append((store.normals, "3ni2 1x2", "in_normal"))
+                content.append((store.normals, "1u4", "in_normal"))
             if "in_slot" in program:
                 content.append((store.vertex_slots, "1u4", "in_slot"))
             self.vertex_arrays[key] = self.context.vertex_array(program, content, index_buffer=store.indices, index_element_size=4)

@@ -16,7 +16,7 @@ class GBuffer:
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
         self.view_depth = context.texture(size, 1, dtype="f4")
-        self.normal = context.texture(size, 2, dtype="ni2")
+        self.normal = context.texture(size, 2, dtype="f2")
         self.ids = context.texture(size, 2, dtype="u4")
         self.depth = context.depth_texture(size)
         for texture in (self.view_depth, self.normal, self.ids):

@@ -15,6 +15,7 @@ import numpy as np
 
 from .clusters import cluster_bounds, clustered, morton
 from .draw_list import DrawList, InstancedGroup
+from .octahedral import packed_octahedral
 from .gl_raw import BufferTexture
 from .ranges import Ranges
 from .scene import Mesh, Scene
@@ -46,7 +47,7 @@ class GeometryStore:
         self._vertices, self._indices = Ranges(INITIAL_VERTICES), Ranges(INITIAL_INDICES)
         self._slots = Ranges(1024)
         self.positions = context.buffer(reserve=INITIAL_VERTICES * 12)
-        self.normals = context.buffer(reserve=INITIAL_VERTICES * 8)
+        self.normals = context.buffer(reserve=INITIAL_VERTICES * 4)
         self.vertex_slots = context.buffer(reserve=INITIAL_VERTICES * 4)
         self.indices = context.buffer(reserve=INITIAL_INDICES * 4)
         self._parts: dict[Hashable, _Part] = {}
@@ -111,10 +112,8 @@ class GeometryStore:
             triangles, _ = clustered(part.mesh.positions, part.mesh.triangles)
         part.transform = None if transform is None else transform.copy()
         part.bounds = cluster_bounds(positions, triangles, part.cluster_starts).astype(np.float64)
-        packed = np.zeros((len(normals), 4), np.int16)
-        packed[:, :3] = np.rint(np.clip(normals, -1.0, 1.0) * 32767.0)
         self.positions.write(positions.tobytes(), offset=part.first_vertex * 12)
-        self.normals.write(packed.tobytes(), offset=part.first_vertex * 8)
+        self.normals.write(packed_octahedral(normals).tobytes(), offset=part.first_vertex * 4)
 
     def _move_baked(self, scene: Scene, baked: dict[Hashable, int]) -> None:
         for key, row in baked.items():
@@ -150,7 +149,7 @@ class GeometryStore:
         if start is None:
             self._vertices.grow(count)
             self.positions = self._grown(self.positions, self._vertices.capacity * 12)
-            self.normals = self._grown(self.normals, self._vertices.capacity * 8)
+            self.normals = self._grown(self.normals, self._vertices.capacity * 4)
             self.vertex_slots = self._grown(self.vertex_slots, self._vertices.capacity * 4)
             start = self._vertices.allocate(count)
         return start

@@ -33,6 +33,7 @@ _SIGNATURES = {
     "glTexBuffer": (_uint, _uint, _uint), "glGenFramebuffers": (_int, _names), "glDeleteFramebuffers": (_int, _names),
     "glBindFramebuffer": (_uint, _uint), "glFramebufferTextureLayer": (_uint, _uint, _uint, _int, _int), "glFramebufferTexture2D": (_uint, _uint, _uint, _uint, _int),
     "glDrawBuffers": (_int, _names), "glReadBuffer": (_uint,), "glGetTexImage": (_uint, _int, _uint, _uint, _void), "glClear": (_uint,),
+    "glUseProgram": (_uint,), "glUniform1i": (_int, _int),
 }
 
 

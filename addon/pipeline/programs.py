@@ -10,10 +10,13 @@ import moderngl
 import numpy as np
 
 from ..errors import GpuError
+from .gl_raw import raw_gl
 
 SHADER_DIR = Path(__file__).resolve().parent.parent / "shaders"
 VERSION = "#version 330 core\n"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$', re.MULTILINE)
+# Every sampler of every shader has its own texture unit, set once when the program is linked.
+SAMPLER_UNITS = {"u_table": 0, "u_info": 1, "u_visible": 2, "u_view_depth": 3, "u_normal": 4, "u_ids": 5, "u_positions": 6, "u_indices": 7, "u_shadow_depth": 8}
 Defines = tuple[tuple[str, int | float], ...]
 
 
@@ -57,11 +60,13 @@ class Programs:
         key = (vertex, fragment, geometry, values)
         if key not in self._programs:
             try:
-                self._programs[key] = self._context.program(
+                program = self._context.program(
                     vertex_shader=source(vertex, values), fragment_shader=source(fragment, values),
                     geometry_shader=source(geometry, values) if geometry else None)
             except moderngl.Error as error:
                 raise GpuError(f"A shader did not compile ({vertex}, {fragment}): {error}") from error
+            _set_samplers(self._context, program)
+            self._programs[key] = program
         return self._programs[key]
 
     def release(self) -> None:
@@ -69,6 +74,15 @@ class Programs:
         for program in self._programs.values():
             program.release()
         self._programs.clear()
+
+
+def _set_samplers(context: moderngl.Context, program: moderngl.Program) -> None:
+    """Point the samplers at their units. By raw calls: moderngl does not know buffer samplers and leaves them unset."""
+    raw = raw_gl(context)
+    raw.UseProgram(program.glo)
+    for name in program:
+        if name in SAMPLER_UNITS:
+            raw.Uniform1i(program[name].location, SAMPLER_UNITS[name])
 
 
 def set_uniforms(program: moderngl.Program, **values: object) -> None:

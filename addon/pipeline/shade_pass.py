@@ -9,15 +9,14 @@ import numpy as np
 
 from ..maths.projection import ShadowPlan
 from ..maths.view import Camera, Light
-from .draw_list import UNIT_INFO, UNIT_TABLE, DrawList
+from .draw_list import DrawList
 from .gbuffer_pass import GBuffer, pixel_rays
 from .gl_raw import BufferTexture
-from .programs import Programs, set_uniforms
+from .programs import SAMPLER_UNITS, Programs, set_uniforms
 from .settings import DISPLAYS, Settings
 from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
 
 AUTO_TEXELS = 0.5
-_UNITS = {"u_view_depth": 3, "u_normal": 4, "u_ids": 5, "u_positions": 6, "u_indices": 7, "u_shadow_depth": 8}
 
 
 class ShadeTarget:
@@ -63,16 +62,12 @@ class ShadePass:
 
     def _bind(self, program: moderngl.Program, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList,
               triangles: tuple[BufferTexture, BufferTexture]) -> None:
-        gbuffer.view_depth.use(_UNITS["u_view_depth"])
-        gbuffer.normal.use(_UNITS["u_normal"])
-        gbuffer.ids.use(_UNITS["u_ids"])
-        triangles[0].use(_UNITS["u_positions"])
-        triangles[1].use(_UNITS["u_indices"])
+        inputs = {"u_view_depth": gbuffer.view_depth, "u_normal": gbuffer.normal, "u_ids": gbuffer.ids, "u_positions": triangles[0], "u_indices": triangles[1]}
         if maps is not None:
-            maps.depth.use(_UNITS["u_shadow_depth"])
-        draw_list.table.use(UNIT_TABLE)
-        draw_list.info.use(UNIT_INFO)
-        set_uniforms(program, u_table=UNIT_TABLE, u_info=UNIT_INFO, **_UNITS)
+            inputs["u_shadow_depth"] = maps.depth
+        for name, texture in inputs.items():
+            texture.use(SAMPLER_UNITS[name])
+        draw_list.bind_table()
         self._block.bind_to_uniform_block(0)
         program["ShadowPlan"].binding = 0
 

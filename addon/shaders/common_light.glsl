@@ -2,6 +2,7 @@
 uniform vec4 u_light_color;      // rgb times strength; a: 1 = there is a light
 uniform vec4 u_spot;             // axis towards the light, cosine of the half angle; cosine 2 = no cone
 uniform float u_spot_blend;
+uniform vec4 u_ambient_sky, u_ambient_ground;
 uniform int u_display;           // DISPLAYS of pipeline/settings.py
 
 // Distance and cone: 1 for a sun. Normalised so that a point light of strength 1 gives 1 at one metre.

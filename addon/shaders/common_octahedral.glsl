@@ -12,3 +12,8 @@ vec3 from_octahedral(vec2 e) {
     n.y += n.y >= 0.0 ? -t : t;
     return normalize(n);
 }
+
+vec3 unpacked_octahedral(uint two) {
+    ivec2 halves = ivec2(int(two << 16u) >> 16, int(two) >> 16);
+    return from_octahedral(vec2(halves) / 32767.0);
+}

@@ -1,6 +1,7 @@
 // Camera pass: what each pixel centre sees.
 #include "common_vertex.glsl"
-in vec3 in_normal;
+#include "common_octahedral.glsl"
+in uint in_normal;  // octahedral, two signed 16-bit numbers
 #if !INSTANCED
 in uint in_slot;
 #endif
@@ -14,10 +15,10 @@ void main() {
     vec4 p = vec4(vertex_ws(), 1.0);
 #if INSTANCED
     v_slot = vertex_slot();
-    v_normal_ws = normalize(turned_normal_ws(v_slot, in_normal));
+    v_normal_ws = normalize(turned_normal_ws(v_slot, unpacked_octahedral(in_normal)));
 #else
     v_slot = in_slot;
-    v_normal_ws = in_normal;
+    v_normal_ws = unpacked_octahedral(in_normal);
 #endif
     v_view_depth = dot(u_view_depth_from_world, p);
     gl_Position = u_clip_from_world * p;

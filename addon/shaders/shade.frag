@@ -13,7 +13,7 @@ uniform samplerBuffer u_positions;
 uniform usamplerBuffer u_indices;
 uniform mat3 u_along_from_pixel;   // view ray per metre of view depth: M (x, y, 1), pixel coordinates from the bottom left
 uniform mat3 u_start_from_pixel;   // world point at view depth 0
-uniform vec4 u_ambient_sky, u_ambient_ground, u_background, u_clay;
+uniform vec4 u_background, u_clay;
 layout(location = 0) out vec4 out_combined;
 #if DATA
 layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; light 0...1
