@@ -1,7 +1,7 @@
 """The maps themselves, along the view: texel coordinate t of a depth v, its inverse and its derivative, in LogPSM's normalised form.
 
 `v ∈ [0, 1]` runs from P's near to its far plane, `t ∈ [0, 1]` over the map, `n_bar = n'/(f' − n')` is positive or ∞ (uniform). All
-functions take scalars or arrays and broadcast; the domain is not checked. The s direction of a perspective map divides by w: `perspective_s_scale`.
+functions take scalars or arrays and broadcast; the domain is not checked. s divides by w in a perspective map: `perspective_s_scale`.
 Sources: LogPSM §5.1.2–5.1.4. Each trio: forward increases from 0 to 1, inverse undoes it, derivative is dt/dv = 1/δ.
 """
 

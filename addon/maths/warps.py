@@ -10,7 +10,7 @@ here is positive or ∞, never NaN, continuous in γ, and ∞ at γ = 0, where t
 
 from __future__ import annotations
 
-from math import atan, atan2, cos, expm1, inf, isnan, log1p, pi, radians, sin, sqrt, tan
+from math import atan2, cos, expm1, inf, isnan, log1p, pi, radians, sin, sqrt, tan
 
 from .choices import WarpChoice, require
 
@@ -19,9 +19,6 @@ DIRECT_FADE_RAD = radians(5.0)
 
 TSM_SHARE = 0.8
 """The 80 % rule: the share of the map that the trapezoid gives to what lies before the focus (research/shadows.md §6, ξ = −0.6)."""
-
-LOG_SPREAD = 5.0
-"""Largest on-axis m_x of the log warps with their apex in the eye, `1/(1 − tan φ / tan γ)`; below the γ where it is reached they fade."""
 
 
 # --- the shape of P ---------------------------------------------------------------------------------------------------------------
@@ -128,15 +125,18 @@ def _faded(parameter: float, depth_at_limit: float, depth: float, r: float) -> f
 # --- the methods ------------------------------------------------------------------------------------------------------------------
 
 
-def lloyd_eta(half_fov_rad: float, gamma_rad: float) -> float:
-    """Lloyd's ramp η(γ) from −1 (uniform) below φ/3 to 0 (LiSPSM) well above φ (method §3; thesis §5.2, corrected)."""
+def lloyd_eta(half_fov_rad: float, gamma_rad: float, top: float = 0.0) -> float:
+    """Lloyd's ramp η(γ) from −1 (uniform) below φ/3 over −0.2 at γ = φ to `top` well above φ (method §3; thesis §5.2, corrected).
+
+    `top` is 0 (LiSPSM) for Lloyd's method; PSM and TSM, stronger warps, take the same way down from their own η.
+    """
     low, mid, eta_mid = half_fov_rad / 3.0, half_fov_rad, -0.2
     high = mid + 0.3 * (pi / 2.0 - mid)
     if gamma_rad <= low:
         return -1.0
     if gamma_rad < mid:
         return -1.0 + (eta_mid + 1.0) * (1.0 - cos(pi / 2.0 * (gamma_rad - low) / (mid - low)))
-    return eta_mid - eta_mid * sin(pi / 2.0 * min((gamma_rad - mid) / (high - mid), 1.0))
+    return eta_mid + (top - eta_mid) * sin(pi / 2.0 * min((gamma_rad - mid) / (high - mid), 1.0))
 
 
 def lispsm_general_parameter(
@@ -156,23 +156,23 @@ def log_apex_parameter(
 ) -> float:
     """n' of the log warps: `N sin γ − a cos γ` with N = n, the apex in the eye, so that m_z is the same at every depth (LogPSM 5.41, 5.42).
 
-    From `log_limit_rad` up; below it ln(f'/n') fades by r(γ). `apex` replaces N (the pseudo-near optimum of LogPSM §5.1.9).
+    From γ_lim up. Between γ_lim and φ the near side of V turns edge-on to the light and m_x of so near an apex would pass the uniform map's
+    f/n, so ln(f'/n') falls to that of the generalised LiSPSM (42), which it is below φ. `apex` replaces N (LogPSM §5.1.9).
     """
-    limit = log_limit_rad(near, far, half_fov_rad)
+    limit = gamma_lim_rad(near, far, half_fov_rad)
     apex = near if apex is None else apex
-
-    def unfaded(g: float) -> float:
-        return apex * sin(g) - near * tan(half_fov_rad) * cos(g)
-
+    g = max(gamma_rad, limit)
+    flat = apex * sin(g) - near * tan(half_fov_rad) * cos(g)
     if gamma_rad >= limit:
-        return unfaded(gamma_rad)
-    r = convergence(gamma_rad, limit, kind)
-    return _faded(unfaded(limit), warp_depth(near, far, half_fov_rad, limit), warp_depth(near, far, half_fov_rad, gamma_rad), r)
-
-
-def log_limit_rad(near: float, far: float, half_fov_rad: float) -> float:
-    """The γ below which the log warps fade: γ_lim, or where the fan of rays of V, seen by the light, spreads m_x beyond `LOG_SPREAD`."""
-    return max(gamma_lim_rad(near, far, half_fov_rad), atan(tan(half_fov_rad) / (1.0 - 1.0 / LOG_SPREAD)))
+        return flat
+    soft = lispsm_general_parameter(near, far, half_fov_rad, gamma_rad, kind, max(apex, lispsm_parameter(near, far)))
+    if gamma_rad <= half_fov_rad:
+        return soft
+    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+    x = (gamma_rad - half_fov_rad) / (limit - half_fov_rad)
+    share = x * x * (3.0 - 2.0 * x)
+    strength = share * log1p(warp_depth(near, far, half_fov_rad, limit) / flat) + (1.0 - share) * log1p(depth / soft)
+    return depth / expm1(strength)
 
 
 def log_apex(near: float, far: float, sub_near: float, perspective_s: bool) -> float:
@@ -196,25 +196,10 @@ def log_apex(near: float, far: float, sub_near: float, perspective_s: bool) -> f
     return max(nn * (far - near), parameter_from_eta((lo + hi) / 2.0, near, far))
 
 
-def _tsm_parameter(near: float, far: float, half_fov_rad: float, gamma_rad: float) -> float:
-    """n' that gives `TSM_SHARE` of the map to what lies before the focus at √(nf): `n̄' = d (1−p)/(p−d)`, never stronger than PSM."""
-    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
-    focus = (near * tan(half_fov_rad) * cos(gamma_rad) + (sqrt(near * far) - near) * sin(gamma_rad)) / depth
-    trapezoid = focus * (1.0 - TSM_SHARE) / (TSM_SHARE - focus) if focus < TSM_SHARE else inf
-    return depth * max(trapezoid, near / (far - near))
-
-
-def _ratio_parameter(choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, sub_near: float) -> float:
-    """n' of PSM (f'/n' = f/n at every γ) and TSM, with the pseudo-near floor; ln(f'/n') fades below γ_lim."""
-    limit = gamma_lim_rad(near, far, half_fov_rad)
-    g = max(gamma_rad, limit)
-    depth = warp_depth(near, far, half_fov_rad, g)
-    plain = _tsm_parameter(near, far, half_fov_rad, g) if choice.kind == "tsm" else depth * near / (far - near)
-    parameter = max(plain, depth * pseudo_near_floor((sub_near - near) * sin(g) / depth))
-    if gamma_rad >= limit or parameter == inf:
-        return parameter
-    r = convergence(gamma_rad, limit, choice.convergence)
-    return _faded(parameter, depth, warp_depth(near, far, half_fov_rad, gamma_rad), r)
+def tsm_eta(near: float, far: float) -> float:
+    """η of the trapezoid that gives `TSM_SHARE` p of the map to what lies before the focus √(nf): `n̄' = d (1−p)/(p−d)`, at most PSM's 1."""
+    focus = (sqrt(near * far) - near) / (far - near)
+    return min(eta_from_parameter((far - near) * focus * (1.0 - TSM_SHARE) / (TSM_SHARE - focus), near, far), 1.0)
 
 
 def _direct_parameter(choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, balanced: float) -> float:
@@ -241,7 +226,7 @@ def warp_parameter(
     `sub_near`, `sub_far`: the view depths whose error counts, when less than the map covers (default all; `choice.pseudo_near` raises
     `sub_near`). A map that ends before the pseudo-near plane is uniform (LogPSM 5.65 for v_np > 2/3).
     ∞ where there is nothing to warp for: an orthographic camera (φ = 0) sees every depth alike, and near ≥ far is an empty range.
-    Methods: 'lispsm' (n+√(fn))/sin γ (Wimmer); 'lispsm-general' T4 (42); 'lloyd' η(γ); 'psm' f'/n' = f/n; 'tsm' 80 % rule;
+    Methods: 'lispsm' (n+√(fn))/sin γ (Wimmer); 'lispsm-general' T4 (42); 'lloyd', 'psm', 'tsm' the ramp η(γ) up to η = 0, 1, 80 % rule;
     'log', 'logpsm' the n' that makes m_z constant. `choice.eta` and `choice.parameter` override them. Raises SettingsError on NaN.
     """
     require(not any(isnan(x) for x in (near, far, half_fov_rad, gamma_rad)), "The view's distances and angles must be numbers.")
@@ -263,7 +248,7 @@ def warp_parameter(
         return balanced / sin(gamma_rad)
     if choice.kind == "lispsm-general":
         return lispsm_general_parameter(near, far, half_fov_rad, gamma_rad, choice.convergence, balanced)
-    if choice.kind == "lloyd":
-        depth = warp_depth(near, far, half_fov_rad, gamma_rad)
-        return parameter_from_eta(lloyd_eta(half_fov_rad, gamma_rad), near, far, depth, balanced)
-    return _ratio_parameter(choice, near, far, half_fov_rad, gamma_rad, z1)
+    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+    top = {"lloyd": 0.0, "psm": 1.0, "tsm": tsm_eta(near, far)}[choice.kind]
+    parameter = parameter_from_eta(lloyd_eta(half_fov_rad, gamma_rad, top), near, far, depth, balanced)
+    return max(parameter, depth * pseudo_near_floor((z1 - near) * sin(gamma_rad) / depth))
