@@ -6,47 +6,14 @@ arguments, 1 by default. Sources: T4 §4.1–4.3, LogPSM §5.1, method §1–§5
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from math import cos, inf, log1p, pi, sin, tan
 
 import numpy as np
 
-from .warps import warp_depth
+from .warped_map import Values, WarpedMap
 
 QUANTILES = (("m_p99", 0.99), ("m_p95", 0.95), ("m_median", 0.5))
-Values = float | np.ndarray
-
-
-@dataclass(frozen=True, slots=True)
-class WarpedMap:
-    """One map over view depths [near, far] of a view of half field φ > 0, lit at γ, by a directional light; P just holds the view frustum.
-
-    `parameter` n' ∈ (0, ∞] metres. `logarithmic`: t runs with ln w instead of 1/w; `perspective_s`: s is divided by w.
-    """
-
-    near: float
-    far: float
-    half_fov_rad: float
-    gamma_rad: float = pi / 2.0
-    parameter: float = inf
-    logarithmic: bool = False
-    perspective_s: bool = True
-
-    @property
-    def depth(self) -> float:
-        """f' − n', metres (T4 (36))."""
-        return warp_depth(self.near, self.far, self.half_fov_rad, self.gamma_rad)
-
-    def offset(self, z: Values) -> Values:
-        """ψ − n' (T4 (35), (37)): how far, along z_ls, the point of the view axis at depth z lies behind P's near plane; metres."""
-        s, c, t = sin(self.gamma_rad), cos(self.gamma_rad), tan(self.half_fov_rad)
-        if self.gamma_rad < self.half_fov_rad:
-            return self.far * t * c + (z - self.far) * s
-        return self.near * t * c + (z - self.near) * s
-
-    def swapped(self, parameter: float) -> WarpedMap:
-        """The same map with another warp parameter."""
-        return WarpedMap(self.near, self.far, self.half_fov_rad, self.gamma_rad, parameter, self.logarithmic, self.perspective_s)
 
 
 def error_x(m: WarpedMap, z: Values, resolution: float = 1.0) -> Values:
@@ -126,7 +93,7 @@ def side_face_maxima(m: WarpedMap) -> tuple[float, float]:
 
     M_x/cos θ and M_z/cos² θ of the same map for light ⟂ view, θ = φ; their product is S (5.52 for log+perspective).
     """
-    over = WarpedMap(m.near, m.far, m.half_fov_rad, pi / 2.0, m.parameter, m.logarithmic, m.perspective_s)
+    over = replace(m, gamma_rad=pi / 2.0)
     c = cos(m.half_fov_rad)
     return max_error_x(over) / c, max_error_z(over) / c**2
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .choices import PartitionChoice, WarpChoice
 from .errors import beam_error_z, error_x
-from .theory import partition_maps
+from .warped_map import partition_maps
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,38 @@
 """What the texts predict for a view, a light and a method, without a scene: the `theory` command.
 
-`theory` is the contract's JSON object; `theory_text.py` prints it with the texts' other quantities. Sources: T4 §4.2–4.3, LogPSM §5.1.
+`theory` is the contract's JSON object; `text_report` prints it with the texts' other quantities. Sources: T4 §4.2–4.3, LogPSM §5.1.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, degrees, inf, pi
+from math import cos, degrees, inf, pi, radians
 
 import numpy as np
 
-from .choices import PartitionChoice, WarpChoice, require
-from .errors import WarpedMap, error_x, error_z, max_beam_error_z, max_error_x, max_error_z, side_face_maxima
+from .choices import WARPS, PartitionChoice, WarpChoice, require
+from .errors import (
+    error_x,
+    error_z,
+    max_beam_error_z,
+    max_error_x,
+    max_error_z,
+    side_face_maxima,
+    storage_factor_log,
+    storage_factor_parallel,
+    storage_factor_z,
+)
 from .partitions import split_distances
-from .warps import eta_from_parameter, gamma_lim_rad, warp_parameter
+from .seams import seams
+from .warped_map import WarpedMap, partition_maps
+from .warps import (
+    eta_from_parameter,
+    gamma_lim_rad,
+    lispsm_parameter,
+    omega_from_parameter,
+    pseudo_near_parameter,
+    warp_depth,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,18 +48,6 @@ class Resolution:
         if self.map_size is None or self.image_size is None:
             return 1.0, 1.0
         return self.image_size[0] / self.map_size, self.image_size[1] / self.map_size
-
-
-def partition_maps(
-    near: float, far: float, half_fov_rad: float, gamma_rad: float, warp: WarpChoice, partition: PartitionChoice
-) -> tuple[WarpedMap, ...]:
-    """The maps the choices ask for, near to far. With faces: a side face's, as for light ⟂ view (a face keeps its warp at every γ)."""
-    angle = pi / 2.0 if partition.uses_faces else gamma_rad
-    splits = split_distances(partition, near, far, gamma_rad).tolist()
-    return tuple(
-        WarpedMap(n, f, half_fov_rad, angle, warp_parameter(warp, n, f, half_fov_rad, angle), warp.is_logarithmic, warp.kind != "log")
-        for n, f in zip(splits[:-1], splits[1:], strict=True)
-    )
 
 
 def map_maxima(m: WarpedMap, faces: bool) -> tuple[float, float]:
@@ -128,3 +135,92 @@ def theory(
     }
     result["curve"] = error_curve(maps, partition.uses_faces, curve, resolution) if curve else None
     return result
+
+
+# --- the same in words ------------------------------------------------------------------------------------------------------------
+
+
+def text_report(result: dict[str, object], half_fov_rad: float, warp: WarpChoice, partition: PartitionChoice) -> str:
+    """`theory`'s object as a table, with the other quantities of the texts that apply: bounds, warps to compare, seams.
+
+    `half_fov_rad`, `warp` and `partition` are those the object was made with.
+    """
+    rows = result["partitions"]
+    near, far, gamma = rows[0]["near"], rows[-1]["far"], radians(result["gamma_deg"])
+    lines = [
+        f"view      near {near:g} m, far {far:g} m, φ {degrees(half_fov_rad):g}°",
+        f"light     γ {result['gamma_deg']:.6g}°, γ_lim {result['gamma_lim_deg']:.6g}° (40)",
+        f"method    warp {warp.kind}, partition {partition.kind}, {len(rows)} map(s)",
+        "",
+        *_partition_table(rows, gamma, half_fov_rad, partition.uses_faces),
+    ]
+    if half_fov_rad == 0.0:
+        return "\n".join([*lines, "", "An orthographic camera sees every depth alike: no perspective aliasing, no warp."])
+    lines += ["", *_warp_lines(near, far, half_fov_rad, gamma, warp.pseudo_near)]
+    lines += ["", *_bound_lines(near, far, half_fov_rad, len(rows))]
+    borders = seams(near, far, half_fov_rad, gamma, warp, partition)
+    if borders:
+        lines += ["", "seams: m behind the border over m before it"]
+        lines += [f"  z {s.z:<12.6g} m_x × {s.jump_x:<8.4g} m_z × {s.jump_z:.4g}" for s in borders]
+    return "\n".join(lines)
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else "∞" if value == inf else f"{value:.5g}"
+
+
+def _partition_table(rows: list[dict[str, object]], gamma_rad: float, half_fov_rad: float, faces: bool) -> list[str]:
+    """One line per partition, and the meaning of the columns."""
+    lines = [f"{'':>2} {'near':>11} {'far':>11} {'n′':>11} {'η (32)':>9} {'ω (5.30)':>9} {'M_x':>10} {'M_z':>10} {'S':>10}  critical s × t"]
+    for row in rows:
+        near, far, parameter = row["near"], row["far"], inf if row["warp_parameter"] is None else row["warp_parameter"]
+        depth = (far - near) / cos(half_fov_rad) if faces else warp_depth(near, far, half_fov_rad, gamma_rad)
+        omega = omega_from_parameter(parameter, near, far, depth) if near > 0.0 else 0.0
+        cells = [_number(near), _number(far), _number(parameter), _number(row["eta"]), _number(omega)]
+        cells += [_number(row[key]) for key in ("m_x_max", "m_z_max", "storage_factor")]
+        size = "–" if row["critical_resolution"] is None else " × ".join(_number(c) for c in row["critical_resolution"])
+        widths = (11, 11, 11, 9, 9, 10, 10, 10)
+        lines.append(f"{row['index']:>2} " + " ".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True)) + f"  {size}")
+    lines.append("M_x (25), (28); M_z (37), (29), along the view axis: times sin γ it is the error seen; S = M_x M_z, resolutions 1 (30)")
+    return lines
+
+
+def _warp_lines(near: float, far: float, half_fov_rad: float, gamma_rad: float, pseudo_near: float | None) -> list[str]:
+    """n' of every method for one map over the whole view, with its two directions apart and S."""
+    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+    n_bar0, balanced = near / (far - near), lispsm_parameter(near, far) / (far - near)
+    lines = [
+        "one map over the whole view:",
+        f"  P's depth f′−n′ {depth:.6g} m (36), n̄′₀ {n_bar0:.6g} (5.26), n̄′ LiSPSM {balanced:.6g} (5.29)",
+        f"  {'':<24} {'n′':>11} {'f′':>11} {'M_x':>11} {'M_z':>11} {'S':>11}",
+    ]
+    named = [(kind, WarpChoice(kind, pseudo_near=pseudo_near)) for kind in WARPS]
+    named.append(("lispsm-general, (43)", WarpChoice("lispsm-general", pseudo_near=pseudo_near, convergence="sine")))
+    for name, choice in named:
+        (m,) = partition_maps(near, far, half_fov_rad, gamma_rad, choice, PartitionChoice("none"))
+        m_x, m_z = map_maxima(m, False)
+        cells = [_number(m.parameter), _number(m.parameter + depth), *(_number(v) for v in (m_x, m_z, m_x * m_z))]
+        lines.append(f"  {name:<24} " + " ".join(f"{cell:>11}" for cell in cells))
+    if pseudo_near is not None and near < pseudo_near < far:
+        optimum = _number(pseudo_near_parameter(near, far, pseudo_near))
+        lines.append(f"  pseudo-near {pseudo_near:g} m: n′ {optimum} for light ⟂ view (5.64, 5.65)")
+    return lines
+
+
+def _bound_lines(near: float, far: float, half_fov_rad: float, count: int) -> list[str]:
+    """The closed forms of S for light ⟂ view, light ∥ view and a side face."""
+    cube = cos(half_fov_rad) ** 3
+    flat, warped = (storage_factor_z(near, far, half_fov_rad, count, w) for w in (False, True))
+    one_flat, one_warped = (storage_factor_z(near, far, half_fov_rad, 1, w) for w in (False, True))
+    log = storage_factor_log(near, far, half_fov_rad)
+    parallel = [storage_factor_parallel(near, far, k) for k in (1, count)]
+    return [
+        f"bounds of S{'':<24} {'one map':>12} {f'{count} log splits':>14}",
+        f"  light ⟂ view, uniform (31), (51)  {one_flat:>12.6g} {flat:>14.6g}",
+        f"  light ⟂ view, warped (31), (51)   {one_warped:>12.6g} {warped:>14.6g}",
+        f"  light ⟂ view, logarithmic (52)    {log:>12.6g} {log:>14.6g}",
+        f"  light ∥ view, any (53), (54)      {parallel[0]:>12.6g} {parallel[1]:>14.6g}",
+        f"  side face, uniform 5.13, 5.55     {one_flat / cube:>12.6g} {flat / cube:>14.6g}",
+        f"  side face, warped 5.38, 5.56      {one_warped / cube:>12.6g} {warped / cube:>14.6g}",
+        f"  side face, log+persp. 5.52, 5.57  {log / cube:>12.6g} {log / cube:>14.6g}",
+    ]
