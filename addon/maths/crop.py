@@ -35,7 +35,7 @@ class Warp:
 
 @dataclass(frozen=True, slots=True)
 class Receivers:
-    """K points to be covered: rows x, y, z of light space (3, K); `radius` (K,), half the footprint of a pixel in the same units, or None."""
+    """K points to be covered: rows x, y, z of light space (3, K); `radius` (K,), half a pixel's footprint in the same units, or None."""
 
     rows: np.ndarray
     radius: np.ndarray | None = None
@@ -67,7 +67,7 @@ class Cropped:
 
 
 def crop(space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, fit: FitChoice, round_share: float) -> Cropped:
-    """The map of `receivers`: s, t ∈ [−1, 1] on all of them, with the margin of `fit`; depth from the nearest caster above to the farthest."""
+    """The map of `receivers`: s, t ∈ [−1, 1] on all of them, with `fit`'s margin; depth from the nearest caster above down to them."""
     s, t = _bounds(space, warp, receivers, round_share)
     floor = LEAST_SHAPE * max(s[1] - s[0], t[1] - t[0], 1e-6)
     grow = 1.0 / (1.0 - 2.0 * fit.margin_texels / fit.size)

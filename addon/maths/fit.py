@@ -32,7 +32,7 @@ THINNEST = 1e-3       # least (f−n)/n of a range that is divided
 class Sight:
     """What every map of a plan needs to know: the view, the choices, and the receivers relative to the eye.
 
-    `samples` (P, 3) float32 or None for the body fits, `depths` (P,) their view depths; `body` the view frustum, cut by the scene for
+    `samples` (3, P) float32 or None for the body fits, `depths` (P,) their view depths; `body` the view frustum, cut by the scene for
     the 'scene' fit; `boxes` (I, 2, 3) the casters; `pixel` half a pixel's size at view depth 1 (perspective) or anywhere (orthographic).
     """
 
@@ -88,9 +88,11 @@ def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarr
         body = body.clipped(box_planes(np.asarray(scene_bounds, np.float64) - eye))
     samples = depths = None
     if fit.kind == "samples":
-        samples = np.asarray(receivers, dtype=np.result_type(receivers, np.float32)).reshape(-1, 3)
-        samples = np.subtract(samples, eye.astype(samples.dtype)).astype(np.float32, copy=False)
-        depths = samples @ camera.direction_ws.astype(np.float32)
+        points = np.asarray(receivers).reshape(-1, 3)
+        samples = np.empty((3, len(points)), np.float32)
+        for axis in range(3):
+            np.subtract(points[:, axis], float(eye[axis]), out=samples[axis], casting="same_kind")
+        depths = camera.direction_ws.astype(np.float32) @ samples
     pixel = 1.0 / float(camera.clip_from_view[1, 1]) / image_size[1]
     return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
 
@@ -151,14 +153,13 @@ def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.
     """Samples as rows x, y, z of light space (3, P) float32, and their view depths; for a finite light only those in its pyramid."""
     if sight.samples is None:
         return None, None
-    samples, depths = sight.samples, sight.depths
+    axes = space.from_eye.astype(np.float32)
     if space.planes is None:
-        return space.from_eye[:3, :3].astype(np.float32) @ samples.T, depths
-    heights = space.planes[:, :3].astype(np.float32) @ samples.T + space.planes[:, 3:].astype(np.float32)
-    inside = (heights >= 0.0).all(axis=0)
-    samples, depths = samples[inside], depths[inside]
-    h = space.from_eye[:, :3].astype(np.float32) @ samples.T + space.from_eye[:, 3:].astype(np.float32)
-    return h[:3] / h[3], depths
+        return axes[:3, :3] @ sight.samples, sight.depths
+    planes = space.planes.astype(np.float32)
+    inside = np.flatnonzero((planes[:, :3] @ sight.samples >= -planes[:, 3:]).all(axis=0))
+    h = axes[:, :3] @ sight.samples.take(inside, axis=1) + axes[:, 3:]
+    return h[:3] / h[3], sight.depths[inside]
 
 
 def _casters(boxes: np.ndarray, space: LightSpace) -> Casters:
@@ -191,11 +192,10 @@ def _contents(sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: 
             return None, sight.padded_range(near, far)
         heights = inside @ view
         return Receivers(space.points(inside).T), sight.padded_range(float(heights.min()), float(heights.max()))
-    mask = (depths >= np.float32(near)) & ((depths <= np.float32(far)) if last else (depths < np.float32(far)))
-    own = depths[mask]
-    if not len(own):
+    chosen = np.flatnonzero((depths >= np.float32(near)) & ((depths <= np.float32(far)) if last else (depths < np.float32(far))))
+    if not len(chosen):
         return None, sight.padded_range(near, far)
-    kept = rows[:, mask]
+    own, kept = depths[chosen], rows.take(chosen, axis=1)
     radius = np.full(len(own), sight.pixel, np.float32) if sight.camera.is_orthographic else own * np.float32(sight.pixel)
     if space.position is not None:
         radius = radius * kept[1]
@@ -207,7 +207,8 @@ def _cut(body: Body, space: LightSpace) -> Body:
     return body if space.planes is None else body.clipped(space.planes)
 
 
-def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters, fitted: tuple[float, float]) -> dict[str, object]:
+def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters,
+             fitted: tuple[float, float]) -> dict[str, object]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths, crop to the receivers."""
     near, far = fitted
     slab = _cut(hexahedron(frustum_corners(sight.camera, near, far)), space).vertices

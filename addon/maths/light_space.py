@@ -28,9 +28,9 @@ class LightSpace:
     """Light space of one light (or one face of a point light) for one view, for points relative to the eye (world axes).
 
     `from_eye` (4, 4): rows X, Y, Z, R of the module's text. `apex_x` the x of the view axis, on which the warp is centred. `gamma_rad` γ
-    where the map looks. `travel_ws` (3,) axis of the light's travel, `position` (3,) of a finite light relative to the eye, or None.
-    `planes` (6, 4) inward planes of the pyramid a finite light serves (four sides, near, far), `slope` the tangent of its half angle, `least`
-    the distance of its near plane. `upright` the angle of the camera's right in (x, z).
+    where the map looks. `travel_ws` (3,) axis of the light's travel; `upright` the angle of the camera's right in (x, z).
+    For a finite light: `position` (3,) relative to the eye, `planes` (6, 4) inward planes of the pyramid it serves (sides, near, far),
+    `slope` the tangent of the pyramid's half angle, `least` the distance of its near plane.
     """
 
     from_eye: np.ndarray
@@ -62,8 +62,8 @@ def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, 
                pyramid: np.ndarray | None = None) -> LightSpace:
     """Light space of a finite light at `position` (relative to the eye), looking along `travel` (unit).
 
-    It serves the pyramid of `half_angle_rad` round `travel` (its four sides upright on the rows of `pyramid` (2, 3), for the faces of a
-    cube), from `NEAREST`·`reach` to `reach` metres. The view's direction is taken on the part of the view axis inside that pyramid.
+    It serves the pyramid of `half_angle_rad` round `travel`, from `NEAREST`·`reach` to `reach` metres; its sides are upright on the rows of
+    `pyramid` (2, 3), given for the faces of a cube. The view's direction is taken on the part of the view axis inside that pyramid.
     """
     view = camera.direction_ws
     u, v = _across(travel) if pyramid is None else pyramid
@@ -77,7 +77,7 @@ def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, 
     q = anchor - position
     ray = q / np.linalg.norm(q)
     depth = float(q @ travel)
-    # the image of the view direction on the light's image plane, back as a world direction across `travel`
+    # the view direction as seen in the light's image at the anchor, as a world direction across `travel`
     image_view = (view - travel * (view @ travel)) - (q / depth - travel) * (view @ travel)
     axes = _axes(-travel, image_view, camera.view_from_world)
     from_eye = np.zeros((4, 4))
@@ -85,7 +85,8 @@ def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, 
     from_eye[[0, 2, 3], 3] = -from_eye[[0, 2, 3], :3] @ position
     from_eye[1, 3] = 1.0
     apex_x = float(axes[0] @ q) / depth
-    return LightSpace(from_eye, apex_x, gamma_rad(ray, view), travel, _upright(axes, camera), position, np.concatenate([planes, caps]), slope, least)
+    planes = np.concatenate([planes, caps])
+    return LightSpace(from_eye, apex_x, gamma_rad(ray, view), travel, _upright(axes, camera), position, planes, slope, least)
 
 
 def roundness(gamma: float, gamma_lim: float) -> float:
@@ -126,7 +127,7 @@ def _upright(axes: np.ndarray, camera: Camera) -> float:
 
 
 def _on_view_axis(planes: np.ndarray, camera: Camera, position: np.ndarray, travel: np.ndarray, least: float) -> np.ndarray:
-    """A point of the view axis inside the planes (geometric mean of its ends); else the axis point nearest to the light, moved before it."""
+    """The point of the view axis at the geometric middle of its part inside the planes; else the nearest, moved before the light."""
     view = camera.direction_ws
     rate, height = planes[:, :3] @ view, planes[:, 3]
     enter, leave = camera.near, camera.far
