@@ -1,0 +1,34 @@
+"""CAD Shadow Preview: anti-aliased shadow previews of CAD models and their measured error, in Blender and on the command line.
+
+Importing the package needs neither Blender nor OpenGL; `register` attaches it to the Blender that runs.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+
+def _parts() -> tuple[ModuleType, ...]:
+    """What registers itself with Blender, in order."""
+    from . import command, engine, operators, panels, properties, session, viewport
+
+    return properties, session, engine, viewport, operators, panels, command
+
+
+def register() -> None:
+    """Attach everything to Blender; if one part fails, those before it are taken back."""
+    done: list[ModuleType] = []
+    try:
+        for part in _parts():
+            part.register()
+            done.append(part)
+    except BaseException:
+        for part in reversed(done):
+            part.unregister()
+        raise
+
+
+def unregister() -> None:
+    """Detach everything: no class, property, handler, timer, thread or GL object stays."""
+    for part in reversed(_parts()):
+        part.unregister()

@@ -1,0 +1,28 @@
+"""The operators, `bpy.ops.cad_shadow.*`, and their places in Blender's menus. One verb per file."""
+
+import bpy
+
+from . import analyse, export_report, preview
+
+_parts = (preview, analyse, export_report)
+
+
+def _draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.separator()
+    for part in _parts:
+        self.layout.operator_context = "INVOKE_DEFAULT"
+        self.layout.operator(part.OPERATOR.bl_idname)
+
+
+def register() -> None:
+    """Offer the operators."""
+    for part in _parts:
+        bpy.utils.register_class(part.OPERATOR)
+    bpy.types.TOPBAR_MT_render.append(_draw_menu)
+
+
+def unregister() -> None:
+    """Remove the operators."""
+    bpy.types.TOPBAR_MT_render.remove(_draw_menu)
+    for part in reversed(_parts):
+        bpy.utils.unregister_class(part.OPERATOR)

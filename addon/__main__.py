@@ -1,0 +1,7 @@
+"""`python -m addon COMMAND …`: the command line where only the `bpy` module is installed."""
+
+import sys
+
+from .cli import main
+
+sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,130 @@
+"""The render engine CAD_SHADOW_PREVIEW: F12, animation and background renders, and the viewport's Rendered shading (`viewport.py`).
+
+A failure is reported as an error, so that Blender writes no file: an exception, `error_set` or a cancelled result would still write one.
+Blender's images have row 0 at the bottom, ours at the top: they are flipped here on their way out.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from . import session, sources
+from .errors import UserError
+from .job import Job, Outcome, run
+from .pipeline.frame import Frame
+from .rendering import ENGINE, Request, active_request
+from .viewport import LiveView
+
+# our pass → Blender's pass: name, channels, channel ids, type
+RENDER_PASSES = {
+    "combined": ("Combined", 4, "RGBA", "COLOR"),
+    "depth": ("Depth", 1, "Z", "VALUE"),
+    "normal": ("Normal", 3, "XYZ", "VECTOR"),
+    "shadow": ("Shadow", 1, "X", "VALUE"),
+    "aliasing": ("Aliasing", 3, "XYZ", "VECTOR"),
+}
+NOTHING_HERE = 1e10  # what Blender's own engines write as the depth of the background
+
+
+def border_window(render: bpy.types.RenderSettings, width: int, height: int) -> tuple[int, int, int, int]:
+    """(x0, y0, x1, y1) in pixels, y upwards, of the part of the picture that Blender wants: all of it, or the render border."""
+    if not render.use_border:
+        return 0, 0, width, height
+    return (int(render.border_min_x * width), int(render.border_min_y * height), int(render.border_max_x * width), int(render.border_max_y * height))
+
+
+def rect_of(name: str, image: np.ndarray, window: tuple[int, int, int, int]) -> np.ndarray:
+    """Our image as the flat float32 array, bottom row first, that a render pass takes. Errors that are not known (no surface) become 0."""
+    x0, y0, x1, y1 = window
+    image = image[::-1][y0:y1, x0:x1]
+    if name == "depth":
+        image = np.where(np.isfinite(image), image, np.float32(NOTHING_HERE))
+    elif name == "aliasing":
+        image = np.where(np.isnan(image), np.float32(0.0), image)
+    return np.ascontiguousarray(image, dtype=np.float32).ravel()
+
+
+class CadShadowEngine(bpy.types.RenderEngine):
+    """Renders with the add-on's own pipeline; all OpenGL happens on the pipeline's worker thread."""
+
+    bl_idname = ENGINE
+    bl_label = "CAD Shadow Preview"
+    bl_use_preview = False
+    bl_use_postprocess = True
+    bl_use_shading_nodes_custom = False
+
+    def update_render_passes(self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None) -> None:
+        """Tell the compositor which passes there are."""
+        for blender_name, channels, ids, kind in RENDER_PASSES.values():
+            self.register_pass(scene, renderlayer, blender_name, channels, ids, kind)
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        """One frame, for F12, animations, `blender -b` and `rendering.render`."""
+        request = active_request()
+        try:
+            outcome = self._outcome(sources.job_for_render(depsgraph))
+            self._deliver(outcome.frame, depsgraph)
+            if request is not None:
+                request.outcome = outcome
+        except UserError as error:
+            self._failed(request, error)
+        except Exception as error:
+            self._failed(request, UserError(f"CAD Shadow Preview failed ({type(error).__name__}: {error}): please report this."))
+            raise
+
+    def _failed(self, request: Request | None, error: UserError) -> None:
+        if request is not None:
+            request.error = error
+        if not self.test_break():
+            self.report({"ERROR"}, str(error))
+
+    def _outcome(self, job: Job) -> Outcome:
+        outcome = run(job, self._progress, self.test_break)
+        session.remember(outcome)
+        for warning in outcome.report["warnings"]:
+            self.report({"WARNING"}, warning)
+        return outcome
+
+    def _progress(self, fraction: float, stage: str) -> None:
+        self.update_progress(fraction)
+        self.update_stats("", stage)
+
+    def _deliver(self, frame: Frame, depsgraph: bpy.types.Depsgraph) -> None:
+        layer = depsgraph.view_layer.name
+        window = border_window(depsgraph.scene.render, *frame.passes["combined"].shape[1::-1])
+        for blender_name, channels, ids, _kind in list(RENDER_PASSES.values())[1:]:
+            self.add_pass(blender_name, channels, ids, layer=layer)
+        result = self.begin_result(0, 0, window[2] - window[0], window[3] - window[1], layer=layer)
+        passes = result.layers[0].passes
+        for name, (blender_name, *_rest) in RENDER_PASSES.items():
+            passes[blender_name].rect.foreach_set(rect_of(name, frame.passes[name], window))
+        self.end_result(result)
+
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Something in the scene changed while a viewport shows it."""
+        self._live().update(context, depsgraph)
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Draw the last picture; ask for a new one when the view moved."""
+        self._live().draw(self, context, depsgraph)
+
+    def _live(self) -> LiveView:
+        if "live" not in self.__dict__:
+            self.live = LiveView()
+        return self.live
+
+    def __del__(self) -> None:
+        live = self.__dict__.get("live")
+        if live is not None:
+            live.close()
+
+
+def register() -> None:
+    """Offer the engine in Blender's list."""
+    bpy.utils.register_class(CadShadowEngine)
+
+
+def unregister() -> None:
+    """Take the engine out of Blender's list."""
+    bpy.utils.unregister_class(CadShadowEngine)

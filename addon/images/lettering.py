@@ -1,0 +1,40 @@
+"""Small lettering for legends: a five by seven pixel face of this project's own, drawn into arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+HEIGHT, WIDTH = 7, 5
+
+# seven rows per glyph, five bits each, the leftmost pixel is the highest bit
+_ROWS = {
+    "0": "0e11131519110e", "1": "040c040404040e", "2": "0e11010204081f", "3": "1f02040201110e", "4": "02060a121f0202", "5": "1f101e0101110e",
+    "6": "0608101e11110e", "7": "1f010204080808", "8": "0e11110e11110e", "9": "0e11110f01020c", "/": "01010204081010", ".": "00000000000c0c",
+    "-": "0000001f000000", "=": "00001f001f0000", ">": "08040201020408", "<": "02040810080402", "%": "18190204081303", "(": "02040808080402",
+    ")": "08040202020408", ":": "000c0c000c0c00", " ": "00000000000000", "a": "00000e010f110f", "b": "1010161911111e", "c": "00000e1010110e",
+    "d": "01010d1311110f", "e": "00000e111f100e", "f": "0609081c080808", "g": "000f11110f010e", "h": "10101619111111", "i": "04000c0404040e",
+    "k": "10101214181412", "l": "0c04040404040e", "m": "00001a15151111", "n": "00001619111111", "o": "00000e1111110e", "p": "00001e111e1010",
+    "q": "00000d130f0101", "r": "00001619101010", "s": "00000e100e011e", "t": "08081c08080906", "u": "0000111111130d", "v": "00001111110a04",
+    "w": "0000111115150a", "x": "0000110a040a11", "y": "000011110f010e", "z": "00001f0204081f",
+}
+_GLYPHS = {
+    char: (np.frombuffer(bytes.fromhex(rows), np.uint8)[:, None] >> np.arange(WIDTH - 1, -1, -1)) & 1 == 1 for char, rows in _ROWS.items()
+}
+
+
+def lettered(text: str, scale: int = 1) -> np.ndarray:
+    """(7·scale, 6·scale·len) bool image of a text in lower case, digits and /.-=><%(): ; raises KeyError for any other character."""
+    mask = np.zeros((HEIGHT, (WIDTH + 1) * len(text)), dtype=bool)
+    for i, char in enumerate(text):
+        mask[:, i * (WIDTH + 1) : i * (WIDTH + 1) + WIDTH] = _GLYPHS[char]
+    return mask.repeat(scale, axis=0).repeat(scale, axis=1)
+
+
+def draw_text(image: np.ndarray, text: str, centre_x: int, top: int, color: tuple[int, ...], scale: int = 1) -> None:
+    """Draw `text` into (h, w, c) `image`, centred at a column, its top at a row; what falls outside is cut off."""
+    mask = lettered(text, scale)
+    left = centre_x - mask.shape[1] // 2
+    y0, x0 = max(top, 0), max(left, 0)
+    y1, x1 = min(top + mask.shape[0], image.shape[0]), min(left + mask.shape[1], image.shape[1])
+    if y0 < y1 and x0 < x1:
+        image[y0:y1, x0:x1][mask[y0 - top : y1 - top, x0 - left : x1 - left]] = color

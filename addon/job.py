@@ -1,0 +1,134 @@
+"""One picture asked for, and what came of it. Engine, operators, command line and scripting all render through `run`, so they agree bit by bit.
+
+No bpy: `sources.py` makes jobs from Blender's data.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from concurrent.futures import CancelledError
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from .errors import Cancelled, SceneError
+from .maths.view import Camera, Light
+from .pipeline.frame import Frame
+from .pipeline.scene import Scene
+from .pipeline.settings import Settings
+from .report import report_of
+
+ENGINE_PASSES = ("combined", "depth", "normal", "shadow", "aliasing")
+MAX_PIXELS = 16384
+
+Progress = Callable[[float, str], None]
+Cancels = Callable[[], bool]
+POLL_S = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Everything one picture needs, read out of Blender: nothing in it can change while it is rendered.
+
+    `name` is the input as the report shows it; `size` (width, height) in pixels; `passes` by the contract's names; `sync_ms` the time
+    that reading the scene took; `warnings` what the user should know about how the scene was read; `measure` False leaves the error
+    statistics out (the live view, where nobody reads them).
+    """
+
+    name: str
+    scene: Scene
+    camera: Camera
+    light: Light | None
+    settings: Settings
+    size: tuple[int, int]
+    passes: tuple[str, ...] = ENGINE_PASSES
+    sync_ms: float | None = None
+    warnings: tuple[str, ...] = field(default=())
+    measure: bool = True
+
+    def __post_init__(self) -> None:
+        if not all(1 <= n <= MAX_PIXELS for n in self.size):
+            raise SceneError(f"The picture is {self.size[0]}×{self.size[1]} pixels: each side must lie between 1 and {MAX_PIXELS}.")
+
+    @property
+    def key(self) -> tuple:
+        """What the picture depends on, comparable and hashable: equal keys give equal pictures."""
+        camera, light = self.camera, self.light
+        lit = None if light is None else (light.kind, _bytes(light.direction_ws), _bytes(light.position_ws), light.cone_rad, light.cone_blend, light.color)
+        seen = (camera.view_from_world.tobytes(), camera.clip_from_view.tobytes(), camera.near, camera.far)
+        return id(self.scene), seen, lit, self.settings, self.size
+
+
+def _bytes(vector: np.ndarray | None) -> bytes | None:
+    return None if vector is None else vector.tobytes()
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A job done: its frame, and the report (a dictionary with the contract's keys, made on first use)."""
+
+    job: Job
+    frame: Frame
+
+    @cached_property
+    def report(self) -> dict[str, object]:
+        """The report JSON as a dictionary."""
+        return report_of(self.job, self.frame)
+
+
+class Pending:
+    """A job under way on the worker. Every method returns at once, except `result` before it is `done`."""
+
+    def __init__(self, job: Job) -> None:
+        from .pipeline.renderer import Request, shared_renderer  # moderngl is loaded with the first picture: enabling the add-on stays quick
+
+        self.job = job
+        self._future, self._ticket = shared_renderer().submit(Request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure))
+
+    @property
+    def progress(self) -> tuple[float, str]:
+        """How far it is, 0…1, and the stage it is in."""
+        return self._ticket.fraction, self._ticket.stage
+
+    def done(self) -> bool:
+        """True when `result` will not wait."""
+        return self._future.done()
+
+    def cancel(self) -> None:
+        """Give it up: at once when it is still queued, else at the end of the stage it is in."""
+        self._ticket.is_cancelled = True
+        self._future.cancel()
+
+    def result(self, timeout_s: float | None = None) -> Outcome:
+        """The outcome. Raises `SceneError`, `SettingsError`, `GpuError`, `Cancelled`, or `TimeoutError` when it is not done in time."""
+        try:
+            return Outcome(self.job, self._future.result(timeout_s))
+        except CancelledError:
+            raise Cancelled("Cancelled.") from None
+
+
+def run(job: Job, progress: Progress | None = None, cancelled: Cancels | None = None) -> Outcome:
+    """Render `job` on the worker thread and wait for it. Callable from any thread but the worker's.
+
+    `progress(fraction, stage)` and `cancelled()` are called on the waiting thread. Raises as `Pending.result` does.
+    """
+    pending = Pending(job)
+    while True:
+        try:
+            return pending.result(POLL_S)
+        except TimeoutError:
+            if pending.done():
+                raise
+        if progress:
+            progress(*pending.progress)
+        if cancelled and cancelled():
+            pending.cancel()
+
+
+def stop_worker() -> None:
+    """Stop the GL thread and free all its objects, if anything was ever rendered. A later job starts a new one."""
+    context = sys.modules.get(f"{__package__}.pipeline.context")
+    if context is not None:
+        context.shutdown()

@@ -1,0 +1,83 @@
+"""Operators that render: without blocking the window when a user presses the button, blocking when a script calls them."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import session, sources
+from ..errors import Cancelled, UserError
+from ..job import Outcome, Pending, run
+
+TIMER_S = 0.05
+
+
+class JobOperator:
+    """Mix-in: makes a job of the current view, runs it, remembers the outcome, and calls `finish(context, outcome)`."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Grey with a reason when there is nothing to draw."""
+        if not any(o.type in sources.DRAWN_TYPES for o in context.view_layer.objects):
+            cls.poll_message_set("The scene has no mesh to draw: add or import one (File > Import > CAD File)")
+            return False
+        return True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Render and wait."""
+        try:
+            return self._done(context, run(sources.job_for_view(context)))
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Start rendering and return to the window at once."""
+        if context.window is None:
+            return self.execute(context)
+        try:
+            self._pending = Pending(sources.job_for_view(context))
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
+        context.window_manager.progress_begin(0, 100)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Watch the worker; Esc gives up."""
+        if event.type == "ESC" and event.value == "PRESS":
+            self._pending.cancel()
+            self._release(context)
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if not self._pending.done():
+            context.window_manager.progress_update(100 * self._pending.progress[0])
+            return {"RUNNING_MODAL"}
+        self._release(context)
+        try:
+            return self._done(context, self._pending.result())
+        except Cancelled:
+            return {"CANCELLED"}
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender closes the window or the file while it runs."""
+        self._pending.cancel()
+        self._release(context)
+
+    def _release(self, context: bpy.types.Context) -> None:
+        context.window_manager.progress_end()
+        context.window_manager.event_timer_remove(self._timer)
+
+    def _done(self, context: bpy.types.Context, outcome: Outcome) -> set[str]:
+        session.remember(outcome)
+        for warning in outcome.report["warnings"]:
+            self.report({"WARNING"}, warning)
+        self.finish(context, outcome)
+        for area in context.screen.areas if context.screen else ():
+            area.tag_redraw()
+        return {"FINISHED"}

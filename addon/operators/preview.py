@@ -1,0 +1,24 @@
+"""`cad_shadow.preview`: render what the 3D viewport (or the camera) sees into an image and show it. Esc cancels."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import image_editor
+from ..job import Outcome
+from .background import JobOperator
+
+
+class CAD_SHADOW_OT_preview(JobOperator, bpy.types.Operator):
+    """Render the current view with its shadows and show the picture; the Quality panel then tells how sharp they are"""
+
+    bl_idname = "cad_shadow.preview"
+    bl_label = "CAD Shadow Preview"
+    bl_options = {"REGISTER"}
+
+    def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
+        """Show the picture."""
+        image_editor.show(context, image_editor.to_image(outcome.frame.passes["combined"]))
+
+
+OPERATOR = CAD_SHADOW_OT_preview

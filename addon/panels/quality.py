@@ -1,0 +1,83 @@
+"""The last report in the sidebar: γ, γ_lim, and n', η, bounds, M_x, M_z, S of each partition, and the measured error m."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import session
+from .settings import SECTIONS, TAB
+
+
+def number(value: float | None, unit: str = "") -> str:
+    """A number for a narrow panel: three significant digits; '–' for an unknown one."""
+    if value is None:
+        return "–"
+    text = f"{value:.3g}" if abs(value) < 1e4 else f"{value:.2e}"
+    return text + unit
+
+
+def _row(layout: bpy.types.UILayout, label: str, value: str) -> None:
+    split = layout.split(factor=0.5)
+    left = split.row()
+    left.alignment = "RIGHT"
+    left.label(text=label)
+    split.label(text=value)
+
+
+def _measured(layout: bpy.types.UILayout, measured: dict[str, object]) -> None:
+    box = layout.box().column(align=True)
+    box.label(text="Measured m (pixels per texel)")
+    for key, label in (("m_median", "Median"), ("m_p95", "95 %"), ("m_p99", "99 %"), ("m_max", "Largest")):
+        perspective = measured["perspective"][key]
+        _row(box, label, f"{number(measured[key])}   ({number(perspective)})")
+    share = measured["share_above_1"]
+    _row(box, "Above 1", "–" if share is None else f"{100 * share:.1f} % of pixels")
+
+
+def _partition(layout: bpy.types.UILayout, part: dict[str, object]) -> None:
+    box = layout.box().column(align=True)
+    box.label(text=f"Map {part['index'] + 1}: {number(part['near'])} … {number(part['far'], ' m')}")
+    warp = "uniform" if part["warp_parameter"] is None else number(part["warp_parameter"], " m")
+    _row(box, "n'", warp)
+    _row(box, "η", number(part["eta"]))
+    _row(box, "M_x, M_z", f"{number(part['m_x_max'])}, {number(part['m_z_max'])}")
+    _row(box, "S", number(part["storage_factor"]))
+
+
+class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
+    """What the last preview or analysis found; the number in brackets is the perspective part alone, which warps and partitions treat."""
+
+    bl_label = "Quality"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = TAB
+    bl_order = len(SECTIONS)
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """List the last report."""
+        layout, outcome = self.layout, session.last()
+        if outcome is None:
+            layout.label(text="Press Preview or Analyse", icon="INFO")
+            return
+        report = outcome.report
+        column = layout.column(align=True)
+        _row(column, "γ", number(report["gamma_deg"], "°"))
+        _row(column, "γ_lim", number(report["gamma_lim_deg"], "°"))
+        _row(column, "Time", number(report["timing_ms"]["total"], " ms"))
+        _row(column, "Triangles", f"{report['geometry']['triangles']:,}")
+        if report["measured"]:
+            _measured(layout, report["measured"])
+        for part in report["partitions"]:
+            _partition(layout, part)
+        for warning in report["warnings"]:
+            layout.label(text=warning, icon="ERROR")
+
+
+def register() -> None:
+    """Show the panel."""
+    bpy.utils.register_class(CAD_SHADOW_PT_sidebar_quality)
+
+
+def unregister() -> None:
+    """Remove the panel."""
+    bpy.utils.unregister_class(CAD_SHADOW_PT_sidebar_quality)

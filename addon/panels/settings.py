@@ -1,0 +1,134 @@
+"""The settings' panels, each shown twice: in the sidebar of the 3D viewport and, with this engine active, in the render properties."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import bpy
+
+from ..options import BY_NAME, applies
+from .compatible import ENGINE
+
+TAB = "CAD Shadow"
+
+
+def draw_option(layout: bpy.types.UILayout, props: bpy.types.PropertyGroup, name: str) -> None:
+    """One setting: nothing when it does not apply, a switch beside it when it is optional."""
+    if not applies(name, props):
+        return
+    option = BY_NAME[name]
+    if option.is_optional:
+        row = layout.row(heading=option.label)
+        row.prop(props, "use_" + name, text="")
+        value = row.row()
+        value.active = getattr(props, "use_" + name)
+        value.prop(props, name, text="")
+    elif option.kind == "numbers":
+        column = layout.column(align=True)
+        for i in range(props.partitions - 1):
+            column.prop(props, name, index=i, text=f"{option.label} {i + 1}")
+    else:
+        layout.prop(props, name)
+
+
+def draw_options(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], None]:
+    """A panel's draw function that lists these settings."""
+
+    def draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        for name in names:
+            draw_option(self.layout, context.scene.cad_shadow, name)
+
+    return draw
+
+
+def draw_preview(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """The buttons, and what the picture shows."""
+    column = self.layout.column(align=True)
+    column.scale_y = 1.4
+    column.operator("cad_shadow.preview", icon="RENDER_STILL")
+    self.layout.operator("cad_shadow.analyse", icon="GRAPH")
+    draw_options("display", "samples")(self, context)
+
+
+def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """Which light casts the shadows."""
+    layout, props = self.layout, context.scene.cad_shadow
+    layout.use_property_split, layout.use_property_decorate = True, False
+    layout.prop(props, "light_source")
+    if props.light_source == "OBJECT":
+        layout.prop(props, "light")
+    elif props.light_source == "DIRECTION":
+        layout.column(align=True).prop(props, "light_direction", text="Towards")
+    draw_option(layout, props, "light_strength")
+
+
+def draw_export(self: bpy.types.Panel, _context: bpy.types.Context) -> None:
+    """Writing what was made."""
+    self.layout.operator("cad_shadow.export_report", icon="EXPORT")
+
+
+@dataclass(frozen=True)
+class Section:
+    """One panel: `key` names its class, `parent` the key of the panel it sits in."""
+
+    key: str
+    label: str
+    draw: Callable
+    parent: str = ""
+    closed: bool = False
+
+
+SECTIONS = (
+    Section("preview", "Preview", draw_preview),
+    Section("light", "Light", draw_light),
+    Section("ambient", "Ambient & Colours", draw_options("ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"), "light", True),
+    Section("warp", "Warp", draw_options("warp")),
+    Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence"), "warp", True),
+    Section("partition", "Partition", draw_options("partition", "partitions", "split_weight", "alpha")),
+    Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "depths")),
+    Section("map_expert", "Bias & Margin", draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "margin"), "map", True),
+    Section("export", "Export", draw_export, closed=True),
+)
+
+
+def _panel(section: Section, place: str, **members: object) -> type[bpy.types.Panel]:
+    name = f"CAD_SHADOW_PT_{place}_{section.key}"
+    if section.parent:
+        members["bl_parent_id"] = f"CAD_SHADOW_PT_{place}_{section.parent}"
+    options = {"DEFAULT_CLOSED"} if section.closed else set()
+    order = SECTIONS.index(section)
+    return type(name, (bpy.types.Panel,), {"__doc__": f"{section.label} of the CAD shadow preview.", "bl_idname": name, "bl_label": section.label,
+                                           "bl_options": options, "bl_order": order, "draw": section.draw, **members})
+
+
+def _is_our_engine(cls: type, context: bpy.types.Context) -> bool:
+    return context.engine == ENGINE
+
+
+def sidebar_panel(section: Section) -> type[bpy.types.Panel]:
+    """The section as a panel of the 3D viewport's sidebar."""
+    return _panel(section, "sidebar", bl_space_type="VIEW_3D", bl_region_type="UI", bl_category=TAB)
+
+
+def render_panel(section: Section) -> type[bpy.types.Panel]:
+    """The section as a panel of the render properties."""
+    return _panel(section, "render", bl_space_type="PROPERTIES", bl_region_type="WINDOW", bl_context="render",
+                  COMPAT_ENGINES={ENGINE}, poll=classmethod(_is_our_engine))
+
+
+CLASSES = tuple(make(section) for make in (sidebar_panel, render_panel) for section in SECTIONS)
+
+
+def register() -> None:
+    """Show the panels."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """Remove the panels."""
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

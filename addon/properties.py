@@ -1,0 +1,170 @@
+"""The settings stored with a scene: `scene.cad_shadow`. Declarations only, made from `options.OPTIONS`; no default is written here.
+
+An optional number X has a switch `use_X` beside it: off means automatic.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
+
+from .options import OPTIONS, Option, with_options
+from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
+from .pipeline.settings import Settings
+
+SETTINGS_VERSION = 1
+FLOAT_MAX = 3.4e38
+MAX_SPLITS = 7
+
+LIGHT_SOURCES = (
+    ("AUTOMATIC", "Automatic", "The scene's first visible sun, else its first spot or point light, else a sun from the upper left of the view"),
+    ("OBJECT", "Light Object", "The light object chosen below"),
+    ("DIRECTION", "Direction", "A sun in the direction given below"),
+)
+
+
+def _limits(option: Option, bound: float = FLOAT_MAX) -> dict[str, float]:
+    low, high = max(option.low, -bound), min(option.high, bound)
+    soft_low, soft_high = option.soft or (low, high)
+    return {"min": low, "max": high, "soft_min": soft_low, "soft_max": soft_high}
+
+
+def _number(option: Option, words: dict[str, str]) -> object:
+    subtype = {"m": "DISTANCE", "texel": "PIXEL"}.get(option.unit, "NONE")
+    if (option.low, option.high) == (0.0, 1.0):
+        subtype = "FACTOR"
+    default = option.start if option.is_optional else option.default
+    return FloatProperty(**words, **_limits(option), default=default, subtype=subtype, precision=3)
+
+
+def _choice(option: Option, words: dict[str, str]) -> object:
+    return EnumProperty(**words, items=option.items, default=str(option.default))
+
+
+def _count(option: Option, words: dict[str, str]) -> object:
+    limits = {key: int(value) for key, value in _limits(option, 2**31 - 1).items()}
+    return IntProperty(**words, **limits, default=option.default, subtype="PIXEL" if option.unit == "texel" else "NONE")
+
+
+def _switch(option: Option, words: dict[str, str]) -> object:
+    return BoolProperty(**words, default=option.default)
+
+
+def _numbers(option: Option, words: dict[str, str]) -> object:
+    return FloatVectorProperty(**words, **_limits(option), size=MAX_SPLITS, default=option.default * MAX_SPLITS)
+
+
+def _color(option: Option, words: dict[str, str]) -> object:
+    return FloatVectorProperty(**words, **_limits(option), size=len(option.default), default=option.default, subtype="COLOR")
+
+
+_MAKERS = {"number": _number, "choice": _choice, "count": _count, "switch": _switch, "numbers": _numbers, "color": _color}
+
+
+def _annotations() -> dict[str, object]:
+    """One Blender property per option, and the switch of each optional one."""
+    made: dict[str, object] = {}
+    for option in OPTIONS:
+        words = {"name": option.label, "description": option.text, "options": {"ANIMATABLE"} if option.kind != "choice" else set()}
+        made[option.name] = _MAKERS[option.kind](option, words)
+        if option.is_optional:
+            made["use_" + option.name] = BoolProperty(name=f"Set {option.label}", description=f"Set by hand instead of automatically: {option.text}",
+                                                      default=option.default is not None, options=set())
+    return made
+
+
+def _is_light(_settings: object, candidate: bpy.types.Object) -> bool:
+    return candidate.type == "LIGHT" and candidate.data.type != "AREA"
+
+
+class CadShadowSettings(bpy.types.PropertyGroup):
+    """Everything CAD Shadow Preview needs to know beside the scene's objects; `settings_from` turns it into checked `Settings`."""
+
+    __annotations__ = _annotations() | {
+        "settings_version": IntProperty(name="Settings Version", description="Version of these settings in the file", options={"HIDDEN"}),
+        "crease_angle": FloatProperty(name="Crease Angle", description="Edges sharper than this look sharp, softer ones are shaded smoothly; "
+                                      "files that bring their own normals keep them", subtype="ANGLE", default=DEFAULT_CREASE_RAD,
+                                      min=0.0, max=pi, options=set()),
+        "light_source": EnumProperty(name="Light", description="Which light casts the shadows", items=LIGHT_SOURCES, options=set()),
+        "light": PointerProperty(name="Light Object", description="The sun, spot or point light that casts the shadows",
+                                 type=bpy.types.Object, poll=_is_light),
+        "light_direction": FloatVectorProperty(name="Light Direction", description="Where the light comes from: the direction towards it, in "
+                                               "world axes", size=3, subtype="XYZ", default=(-1.0, -1.0, 2.0), soft_min=-1.0, soft_max=1.0),
+    }
+
+    @classmethod
+    def register(cls) -> None:
+        """Blender calls this when the class is registered."""
+        bpy.types.Scene.cad_shadow = PointerProperty(type=cls, name="CAD Shadow Preview", description="Settings of the CAD shadow preview")
+
+    @classmethod
+    def unregister(cls) -> None:
+        """Blender calls this when the class is unregistered."""
+        del bpy.types.Scene.cad_shadow
+
+
+def shortest(value: float) -> float:
+    """The shortest decimal number that Blender would store as the same 32-bit float: 0.85 comes back as 0.85, not as 0.8500000238."""
+    return float(str(np.float32(value)))
+
+
+def _value(props: CadShadowSettings, option: Option) -> object:
+    if option.is_optional and not getattr(props, "use_" + option.name):
+        return None
+    value = getattr(props, option.name)
+    if option.kind == "choice":
+        return value
+    if option.kind == "number":
+        return shortest(value)
+    if option.kind == "numbers":
+        return tuple(shortest(v) for v in value)[: max(props.partitions - 1, 1)]
+    return tuple(shortest(v) for v in value) if option.kind == "color" else value
+
+
+def settings_from(props: CadShadowSettings) -> Settings:
+    """The scene's settings as a checked, frozen `Settings`. Where both η and n' are set by hand, n' counts."""
+    values = {option.name: _value(props, option) for option in OPTIONS}
+    if len(set(values["alpha"])) == 1:
+        values["alpha"] = values["alpha"][:1]
+    if values["warp_parameter"] is not None:
+        values["eta"] = None
+    return with_options(Settings(), values)
+
+
+def store(props: CadShadowSettings, values: dict[str, object]) -> None:
+    """Write option values (checked ones, by option name; None = automatic) into a scene's settings."""
+    by_name = {option.name: option for option in OPTIONS}
+    for name, value in values.items():
+        option = by_name[name]
+        if option.is_optional:
+            setattr(props, "use_" + name, value is not None)
+        if value is None:
+            continue
+        if option.kind == "choice":
+            value = str(value)
+        elif option.kind == "numbers":
+            value = (*value, *(value[-1],) * MAX_SPLITS)[:MAX_SPLITS]
+        setattr(props, name, value)
+
+
+@persistent
+def stamp_version(*_unused: object) -> None:
+    """Before a file is saved, note the settings' version in every scene, so that later versions can migrate them."""
+    for scene in bpy.data.scenes:
+        scene.cad_shadow.settings_version = SETTINGS_VERSION
+
+
+def register() -> None:
+    """Attach the settings to scenes."""
+    bpy.utils.register_class(CadShadowSettings)
+    bpy.app.handlers.save_pre.append(stamp_version)
+
+
+def unregister() -> None:
+    """Detach the settings from scenes."""
+    bpy.app.handlers.save_pre.remove(stamp_version)
+    bpy.utils.unregister_class(CadShadowSettings)

@@ -1,0 +1,105 @@
+"""The report of one picture: the contract's JSON keys as a dictionary. Unknown is None, an infinite warp parameter too. No bpy."""
+
+from __future__ import annotations
+
+import tomllib
+from math import degrees, isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .maths.errors import WarpedMap
+from .maths.projection import ShadowPlan, ShadowProjection
+from .maths.theory import Resolution, map_row, unknown_row
+from .pipeline.frame import Frame
+from .pipeline.settings import Settings
+
+if TYPE_CHECKING:
+    from .job import Job
+
+TIMINGS = ("sync", "upload", "shadow", "gbuffer", "shade", "readback", "total")
+COUNTS = ("meshes", "instances", "triangles")
+
+
+def extension_version() -> str:
+    """The version in the manifest beside the package: the one place where it is written."""
+    manifest = Path(__file__).resolve().parents[1] / "blender_manifest.toml"
+    return tomllib.loads(manifest.read_text(encoding="utf-8"))["version"]
+
+
+def known(value: float | None) -> float | None:
+    """The number, or None where it is unknown or not finite."""
+    return float(value) if value is not None and isfinite(value) else None
+
+
+def report_of(job: Job, frame: Frame) -> dict[str, object]:
+    """The report of a finished picture."""
+    plan = frame.plan
+    return {
+        **_head(job.name, frame.gl, job.settings),
+        "gamma_deg": known(degrees(plan.gamma_rad)) if plan else None,
+        "gamma_lim_deg": known(degrees(plan.gamma_lim_rad)) if plan else None,
+        "partitions": partitions_of(job, plan) if plan else [],
+        "measured": frame.measured,
+        "timing_ms": _timing(job.sync_ms, frame.timing_ms),
+        "geometry": {name: frame.geometry.get(name) for name in COUNTS},
+        "warnings": [*job.warnings, *frame.warnings],
+        "errors": [],
+    }
+
+
+def failed_report(name: str, settings: Settings | None, message: str) -> dict[str, object]:
+    """The report of an input that could not be drawn: the same keys, nothing known but the reason."""
+    return {
+        **_head(name, {}, settings),
+        "gamma_deg": None,
+        "gamma_lim_deg": None,
+        "partitions": [],
+        "measured": None,
+        "timing_ms": dict.fromkeys(TIMINGS),
+        "geometry": dict.fromkeys(COUNTS),
+        "warnings": [],
+        "errors": [message],
+    }
+
+
+def _head(name: str, gl: dict[str, str], settings: Settings | None) -> dict[str, object]:
+    return {
+        "input": name,
+        "version": extension_version(),
+        "gl": {"renderer": gl.get("renderer"), "version": gl.get("version")},
+        "settings": settings.as_dict() if settings else None,
+    }
+
+
+def _timing(sync_ms: float | None, timing_ms: dict[str, float | None]) -> dict[str, float | None]:
+    timing = {name: timing_ms.get(name) for name in TIMINGS}
+    timing["sync"] = sync_ms
+    if sync_ms is not None and timing["total"] is not None:
+        timing["total"] += sync_ms
+    return timing
+
+
+def partitions_of(job: Job, plan: ShadowPlan) -> list[dict[str, object]]:
+    """One entry per shadow map, in the order the shader asks: bounds, n' and η of the map as fitted, and what the theory predicts for it.
+
+    The predictions are None for orthographic views and for empty maps, of which the theory knows nothing.
+    """
+    return [_partition(index, job, plan, projection) for index, projection in enumerate(plan.projections)]
+
+
+def _partition(index: int, job: Job, plan: ShadowPlan, projection: ShadowProjection) -> dict[str, object]:
+    half_fov, log = job.camera.half_fov_rad, projection.log
+    row = unknown_row(index, projection.near, projection.far)
+    if half_fov > 0.0 and not projection.is_empty and 0.0 < projection.near < projection.far:
+        warped = WarpedMap(projection.near, projection.far, half_fov, plan.gamma_rad, projection.warp_parameter, log is not None,
+                           log is None or log.perspective_s)
+        row = map_row(index, warped, projection.face >= 0, Resolution(job.settings.fit.size, job.size))
+    fitted = {"warp_parameter": known(projection.warp_parameter), "eta": known(projection.eta)}
+    return {key: _finite(value) for key, value in (row | fitted).items()}
+
+
+def _finite(value: object) -> object:
+    """Infinite numbers as None, in lists too: JSON has no infinity."""
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    return known(value) if isinstance(value, float) else value

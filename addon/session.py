@@ -1,0 +1,40 @@
+"""What lives as long as the add-on is enabled: the last outcome (for the Quality panel and the export), the GL worker, the readers' caches."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import sources
+from .job import Outcome, stop_worker
+
+_outcomes: list[Outcome] = []
+
+
+def remember(outcome: Outcome) -> None:
+    """Keep `outcome` as the last one; callable from any thread."""
+    _outcomes[:] = [outcome]
+
+
+def last() -> Outcome | None:
+    """The last outcome, or None when nothing was rendered since the file was opened."""
+    return _outcomes[0] if _outcomes else None
+
+
+@persistent
+def forget(*_unused: object) -> None:
+    """Another file was opened: drop the last outcome, whose images may be large, and what was read of the old file."""
+    _outcomes.clear()
+    sources.forget()
+
+
+def register() -> None:
+    """Listen for other files being opened."""
+    bpy.app.handlers.load_post.append(forget)
+
+
+def unregister() -> None:
+    """Stop the worker thread, free its GL objects, drop all that was kept."""
+    bpy.app.handlers.load_post.remove(forget)
+    forget()
+    stop_worker()

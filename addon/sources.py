@@ -1,0 +1,177 @@
+"""From Blender to a `Job`: reads the scene, chooses camera and light, notes what the user should know. Used by every face of the add-on."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from .errors import SceneError
+from .job import ENGINE_PASSES, Job
+from .maths.view import Camera, Light
+from .pipeline.scene import Scene
+from .pipeline.settings import Settings
+from .properties import settings_from
+from .rendering import Request, active_request
+from .snapshot import SceneReader, camera_from_object, camera_from_region, choose_light
+
+DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
+NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
+NO_LIGHT = "There is no light: a sun from the upper left of the view is used."
+
+_render_reader = SceneReader()
+view_reader = SceneReader()
+
+
+def render_size(scene: bpy.types.Scene) -> tuple[int, int]:
+    """(width, height) in pixels of the scene's renders."""
+    render = scene.render
+    scale = render.resolution_percentage
+    return max(render.resolution_x * scale // 100, 1), max(render.resolution_y * scale // 100, 1)
+
+
+def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
+    """The job of a render (F12, animation, `rendering.render`): the scene's camera, light and settings, unless a request says otherwise."""
+    blender_scene, request = depsgraph.scene, active_request() or Request(bpy.data.filepath or "unsaved scene")
+    size = render_size(blender_scene)
+    scene, sync_ms = _read(_render_reader, depsgraph, size)
+    scene.bounds_ws()  # says so when there is nothing
+    if request.camera is not None:
+        camera, camera_warnings = request.camera(scene, size), ()
+    else:
+        camera, camera_warnings = _scene_camera(blender_scene, depsgraph, size, scene)
+    light, light_warnings = _light(blender_scene.cad_shadow, scene, camera, request)
+    settings = _with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
+    warnings = (*request.warnings, *scene.warnings, *camera_warnings, *light_warnings)
+    return Job(request.name, scene, camera, light, settings, size, tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes))), sync_ms, warnings)
+
+
+def job_for_view(context: bpy.types.Context) -> Job:
+    """The job of what the user looks at: the 3D viewport under the mouse or, without one, the largest; else the scene's camera."""
+    depsgraph = context.evaluated_depsgraph_get()
+    size = render_size(context.scene)
+    area = context.area if context.area and context.area.type == "VIEW_3D" else _largest_viewport(context)
+    space = area.spaces.active if area else None
+    scene, sync_ms = _read(view_reader, depsgraph, size, space)
+    scene.bounds_ws()
+    if area is None:
+        camera, camera_warnings = _scene_camera(context.scene, depsgraph, size, scene)
+    else:
+        region = next(r for r in area.regions if r.type == "WINDOW")
+        rv3d = space.region_3d
+        if rv3d.view_perspective == "CAMERA" and context.scene.camera:
+            camera = camera_from_object(context.scene.camera.evaluated_get(depsgraph), depsgraph, size, scene.origin_ws)
+        else:
+            size = (region.width, region.height)
+            camera = camera_from_region(rv3d, space, scene.origin_ws, size)
+        camera_warnings = ()
+    light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
+    warnings = (*scene.warnings, *camera_warnings, *light_warnings)
+    settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
+    return Job(bpy.data.filepath or "unsaved scene", scene, camera, light, settings, size, ENGINE_PASSES, sync_ms, warnings)
+
+
+class LiveScene:
+    """The scene a live view shows, read anew only after a change, and replaced only when the content differs."""
+
+    def __init__(self) -> None:
+        self._scene: Scene | None = None
+        self._fingerprint = b""
+        self._is_stale = True
+
+    def mark_changed(self) -> None:
+        """The next `job` reads again."""
+        self._is_stale = True
+
+    def job(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> Job:
+        """The job of this viewport as it is now; cheap when only the view moved."""
+        region, space = context.region, context.space_data
+        size = (region.width, region.height)
+        if self._is_stale or self._scene is None:
+            scene, _ = _read(view_reader, depsgraph, size, space)
+            fingerprint = fingerprint_of(scene)
+            if fingerprint != self._fingerprint:
+                self._scene, self._fingerprint = scene, fingerprint
+            self._is_stale = False
+        camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
+        light, _ = _light(depsgraph.scene.cad_shadow, self._scene, camera)
+        settings = _with_film(settings_from(depsgraph.scene.cad_shadow), depsgraph.scene)
+        return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False)
+
+
+def fingerprint_of(scene: Scene) -> bytes:
+    """16 bytes that name what a scene looks like: equal ones draw the same."""
+    digest = hashlib.blake2b(digest_size=16)
+    digest.update(repr(([mesh.key for mesh in scene.meshes], scene.origin_ws.tolist())).encode())
+    for array in (scene.instances.mesh_index, scene.instances.world_from_object, scene.instances.material_slot, scene.instances.base_color,
+                  scene.instances.object_id):
+        digest.update(array.data)
+    for light in scene.lights:
+        digest.update(repr((light.kind, _listed(light.direction_ws), _listed(light.position_ws), light.cone_rad, light.cone_blend, light.color,
+                            light.name)).encode())
+    return digest.digest()
+
+
+def _listed(vector: np.ndarray | None) -> list[float] | None:
+    return None if vector is None else vector.tolist()
+
+
+def _read(reader: SceneReader, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], space: bpy.types.SpaceView3D | None = None) -> tuple[Scene, float]:
+    """The scene and the milliseconds it took."""
+    begin = time.perf_counter()
+    scene = reader.read(depsgraph, size=size, crease_angle_rad=depsgraph.scene.cad_shadow.crease_angle, space=space)
+    return scene, (time.perf_counter() - begin) * 1e3
+
+
+def _scene_camera(blender_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], scene: Scene) -> tuple[Camera, tuple[str, ...]]:
+    active = blender_scene.camera
+    if active is None or active.type != "CAMERA":
+        from .default_view import camera_for_view
+
+        return camera_for_view(scene.bounds_ws(), size, "iso"), (NO_CAMERA,)
+    return camera_from_object(active.evaluated_get(depsgraph), depsgraph, size, scene.origin_ws), ()
+
+
+def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request: Request | None = None) -> tuple[Light, tuple[str, ...]]:
+    """The one light that casts shadows, and a warning when it had to be made up or others are left out."""
+    if request is not None and request.light is not None:
+        return request.light(scene, camera), ()
+    if props.light_source == "DIRECTION":
+        return sun_from(tuple(props.light_direction)), ()
+    if props.light_source == "OBJECT":
+        if props.light is None:
+            raise SceneError("No light object is chosen: choose one in the Light panel, or set Light to Automatic.")
+        return choose_light(scene.lights, props.light.name), ()
+    light = choose_light(scene.lights)
+    if light is None:
+        from .default_view import default_sun
+
+        return default_sun(camera), (NO_LIGHT,)
+    others = len(scene.lights) - 1
+    return light, ((f"'{light.name}' casts the shadows; {others} other light{'s' * (others > 1)} left out.",) if others else ())
+
+
+def sun_from(towards: tuple[float, float, float], name: str = "") -> Light:
+    """A sun in the direction `towards` it, world axes, of any length; raises `SceneError` for a zero or infinite one."""
+    vector = np.array(towards, dtype=np.float64)
+    length = float(np.linalg.norm(vector))
+    if not 0.0 < length < np.inf:
+        raise SceneError("The light's direction is zero or infinite: give X, Y, Z towards the light, for example -1,-1,2.")
+    return Light("sun", vector / length, name=name or "direction")
+
+
+def _with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:
+    """Film > Transparent makes the background transparent, as in every engine."""
+    if not blender_scene.render.film_transparent:
+        return settings
+    return replace(settings, shading=replace(settings.shading, background=(0.0, 0.0, 0.0, 0.0)))
+
+
+def forget() -> None:
+    """Drop the caches and Blender's handlers of the readers."""
+    view_reader.disconnect()
+    view_reader.clear()
+    _render_reader.clear()
