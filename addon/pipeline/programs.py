@@ -70,7 +70,8 @@ class Programs:
         return self._programs[key]
 
     def release(self) -> None:
-        """Free every program."""
+        """Free every program (none may be current: GL keeps a current program alive)."""
+        raw_gl(self._context).UseProgram(0)
         for program in self._programs.values():
             program.release()
         self._programs.clear()
