@@ -14,6 +14,9 @@ from math import atan2, cos, expm1, inf, isnan, log1p, pi, radians, sin, sqrt, t
 
 from .choices import WarpChoice, require
 
+EPSILON = 2.0**-52
+"""n' is ∞ when n̄' > 1/ε, where no double tells f' from n', and at least ε (f'−n')."""
+
 DIRECT_FADE_RAD = radians(5.0)
 """Below this γ even a parameter given by hand fades: z_ls, the warp's direction, turns over as the light passes through the view axis."""
 
@@ -236,11 +239,20 @@ def warp_parameter(
     require(near > 0.0 and far < inf and half_fov_rad < pi / 2.0, "A perspective view needs 0 < near < far and a field of view below 180°.")
     z2 = far if sub_far is None else min(max(sub_far, near), far)
     z1 = min(max(near, near if sub_near is None else sub_near, choice.pseudo_near or near), z2)
-    balanced = pseudo_near_parameter(near, far, z1, z2)
+    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
+    parameter = _unlimited_parameter(choice, near, far, half_fov_rad, gamma_rad, z1, z2)
+    return inf if parameter > depth / EPSILON else max(parameter, depth * EPSILON)
+
+
+def _unlimited_parameter(
+    choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, sub_near: float, sub_far: float
+) -> float:
+    """`warp_parameter` on its open domain: φ > 0, γ > 0, near ≤ sub_near ≤ sub_far ≤ far."""
+    balanced = pseudo_near_parameter(near, far, sub_near, sub_far)
     if choice.parameter is not None or choice.eta is not None:
         return _direct_parameter(choice, near, far, half_fov_rad, gamma_rad, balanced)
     if choice.is_logarithmic:
-        apex = log_apex(near, far, z1, choice.kind == "logpsm")
+        apex = log_apex(near, far, sub_near, choice.kind == "logpsm")
         return log_apex_parameter(near, far, half_fov_rad, gamma_rad, choice.convergence, apex)
     if choice.kind == "uniform" or balanced == inf:
         return inf
@@ -251,4 +263,4 @@ def warp_parameter(
     depth = warp_depth(near, far, half_fov_rad, gamma_rad)
     top = {"lloyd": 0.0, "psm": 1.0, "tsm": tsm_eta(near, far)}[choice.kind]
     parameter = parameter_from_eta(lloyd_eta(half_fov_rad, gamma_rad, top), near, far, depth, balanced)
-    return max(parameter, depth * pseudo_near_floor((z1 - near) * sin(gamma_rad) / depth))
+    return max(parameter, depth * pseudo_near_floor((sub_near - near) * sin(gamma_rad) / depth))
