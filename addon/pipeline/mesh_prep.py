@@ -4,6 +4,7 @@ What it is not: a repair of topology. Nothing is moved, no hole is closed, no wi
 The crease rule is VRML97's `creaseAngle` read per corner: faces that meet at a point share a normal there when their own normals
 differ by at most the angle. It needs no edge adjacency, so it holds on T-junctions, non-manifold edges and doubled faces.
 Arrays of vectors are worked on as three columns: numpy is several times faster on those than on rows of three.
+Underflow is let pass: a product of two tiny components that rounds to zero is the right answer here.
 """
 
 from __future__ import annotations
@@ -59,6 +60,7 @@ class Shaded:
         return Shaded(self.positions[used], self.normals[used], number[triangles])
 
 
+@np.errstate(under="ignore")
 def drawable(positions: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, Defects]:
     """Claim: (T,) bool, true where all three corners exist, are finite, and span an area; and the count of what is not so.
 
@@ -139,6 +141,7 @@ def _differs(rows: np.ndarray) -> np.ndarray:
     return out
 
 
+@np.errstate(under="ignore")
 def shade_by_crease(positions: np.ndarray, triangles: np.ndarray, crease_angle_rad: float = DEFAULT_CREASE_RAD) -> Shaded:
     """Claim: at each corner the mean, weighted by corner angle, of the normals of all faces that meet at this point and differ from
     this corner's face by at most `crease_angle_rad`; vertices are split where that gives different normals, welded where it does not.
