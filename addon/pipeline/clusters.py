@@ -41,16 +41,25 @@ def cluster_bounds(positions: np.ndarray, triangles: np.ndarray, starts: np.ndar
     return np.stack([low, high], axis=1)
 
 
-def visible(bounds_ws: np.ndarray, clip_from_world: np.ndarray, cull_near: bool = True) -> np.ndarray:
-    """(B,) bool: False only for boxes wholly outside one clip plane of the matrix (conservative; float64).
+def longest_edges(positions: np.ndarray, triangles: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """(C,) length of the longest triangle edge of each cluster."""
+    corners = positions[triangles]
+    squared = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
+    return np.sqrt(np.maximum.reduceat(squared, starts))
 
-    `cull_near` False keeps what lies before the near plane (casters between a light and its map's near plane, drawn by depth clamp).
+
+def frustum_planes(clip_from_world: np.ndarray, cull_near: bool = True) -> np.ndarray:
+    """(P, 4) planes with plane·(x, 1) ≥ 0 inside the clip volume of a matrix.
+
+    `cull_near` False leaves out the near plane: casters between a light and its map's near plane are drawn by depth clamp.
     """
     rows = np.asarray(clip_from_world, dtype=np.float64)
     planes = [rows[3] + rows[0], rows[3] - rows[0], rows[3] + rows[1], rows[3] - rows[1], rows[3] - rows[2]]
-    if cull_near:
-        planes.append(rows[3] + rows[2])
-    planes = np.stack(planes)
+    return np.stack([*planes, rows[3] + rows[2]] if cull_near else planes)
+
+
+def visible(bounds_ws: np.ndarray, planes: np.ndarray) -> np.ndarray:
+    """(B,) bool: False only for boxes wholly outside one of the planes (conservative; float64)."""
     centre, half = bounds_ws.mean(axis=1), (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2
     reach = centre @ planes[:, :3].T + planes[:, 3] + half @ np.abs(planes[:, :3]).T
     return (reach >= 0.0).all(axis=1)
@@ -63,7 +72,7 @@ def segments(first: np.ndarray, count: np.ndarray) -> np.ndarray:
     return np.cumsum(gap)
 
 
-def runs(mask: np.ndarray, first: np.ndarray, count: np.ndarray, segment: np.ndarray, max_gap: int = 3072) -> list[tuple[int, int]]:
+def runs(mask: np.ndarray, first: np.ndarray, count: np.ndarray, segment: np.ndarray, max_gap: int) -> list[tuple[int, int]]:
     """Draw calls (first, count) that cover every range with a True mask.
 
     Masked-out ranges of at most `max_gap` indices in all are drawn along when they lie between two visible ones of one segment, because a

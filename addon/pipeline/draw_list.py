@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -17,16 +18,31 @@ if TYPE_CHECKING:
     from .geometry import GeometryStore
 
 ROWS_PER_SLOT = 4
+MERGED_GAP = 3072  # hidden indices drawn along rather than paying for another call
+
+
+Select = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (bounds_ws, longest edge in metres) -> mask
 
 
 @dataclass(slots=True)
 class InstancedGroup:
-    """A mesh in object space and the slots it is placed at, with the world bounds of each."""
+    """A mesh in object space and the slots it is placed at, with the world bounds and the longest edge of each."""
 
     first_index: int
     index_count: int
     slots: np.ndarray
     bounds_ws: np.ndarray
+    longest_edge_m: np.ndarray
+
+
+@dataclass(slots=True)
+class IndexRanges:
+    """Baked clusters: index ranges in order, their world bounds and longest edges."""
+
+    first: np.ndarray
+    count: np.ndarray
+    bounds_ws: np.ndarray
+    longest_edge_m: np.ndarray
 
 
 @dataclass(slots=True)
@@ -36,9 +52,7 @@ class DrawList:
 
     context: moderngl.Context
     store: GeometryStore
-    first: np.ndarray
-    count: np.ndarray
-    bounds_ws: np.ndarray
+    ranges: IndexRanges
     segment: np.ndarray
     groups: list[InstancedGroup]
     triangle_count: int
@@ -51,40 +65,42 @@ class DrawList:
     vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
 
     @classmethod
-    def build(cls, context: moderngl.Context, store: GeometryStore, scene: Scene, first: np.ndarray, count: np.ndarray, bounds_ws: np.ndarray,
+    def build(cls, context: moderngl.Context, store: GeometryStore, scene: Scene, ranges: IndexRanges,
               groups: list[InstancedGroup], rows_of_slot: np.ndarray, baked_slots: int) -> DrawList:
         """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused)."""
         table, info = _table(scene, rows_of_slot, baked_slots)
         slots = sum(len(g.slots) for g in groups)
         buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
         textures = BufferTexture(context, buffers[0], "rgba32f"), BufferTexture(context, buffers[1], "rgba32ui"), BufferTexture(context, buffers[2], "r32ui")
-        return cls(context, store, first, count, bounds_ws, segments(first, count), groups, scene.triangle_count, *buffers, *textures)
+        return cls(context, store, ranges, segments(ranges.first, ranges.count), groups, scene.triangle_count, *buffers, *textures)
 
-    def draw(self, baked: moderngl.Program, instanced: moderngl.Program, clip_from_world: np.ndarray, *, attributes: bool, cull_near: bool = True) -> int:
-        """Draw all that `clip_from_world` can see with the two variants of a program; returns the triangles sent.
+    def draw(self, baked: moderngl.Program, instanced: moderngl.Program, planes: np.ndarray, *, attributes: bool,
+             select: Select | None = None) -> int:
+        """Draw all that reaches inside `planes` (and `select` chooses) with the two variants of a program; returns the triangles sent.
 
         `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle` and the instance table.
         """
         self.bind_table()
-        sent = 0
-        if len(self.first):
+        sent, ranges = 0, self.ranges
+        if len(ranges.first):
             array = self._vertex_array(baked, attributes)
-            mask = visible(self.bounds_ws, clip_from_world, cull_near)
-            for first, count in runs(mask, self.first, self.count, self.segment):
+            mask = _chosen(ranges, planes, select)
+            gap = MERGED_GAP if select is None else 0
+            for first, count in runs(mask, ranges.first, ranges.count, self.segment, gap):
                 set_uniforms(baked, u_first_triangle=first // 3)
                 array.render(moderngl.TRIANGLES, vertices=count, first=first)
                 sent += count // 3
-        return sent + self._draw_groups(instanced, clip_from_world, attributes, cull_near)
+        return sent + self._draw_groups(instanced, planes, attributes, select)
 
     def bind_table(self) -> None:
         """Bind the instance table for `common_instance.glsl`."""
         self.table.use(SAMPLER_UNITS["u_table"])
         self.info.use(SAMPLER_UNITS["u_info"])
 
-    def _draw_groups(self, program: moderngl.Program, clip_from_world: np.ndarray, attributes: bool, cull_near: bool) -> int:
+    def _draw_groups(self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None) -> int:
         if not self.groups:
             return 0
-        chosen = [g.slots[visible(g.bounds_ws, clip_from_world, cull_near)] for g in self.groups]
+        chosen = [g.slots[_chosen(g, planes, select)] for g in self.groups]
         self.visible_buffer.write(np.concatenate(chosen).tobytes())
         self.visible.use(SAMPLER_UNITS["u_visible"])
         array = self._vertex_array(program, attributes)
@@ -116,6 +132,11 @@ class DrawList:
         self.vertex_arrays.clear()
         for thing in (self.table, self.info, self.visible, self.table_buffer, self.info_buffer, self.visible_buffer):
             thing.release()
+
+
+def _chosen(things: IndexRanges | InstancedGroup, planes: np.ndarray, select: Select | None) -> np.ndarray:
+    mask = visible(things.bounds_ws, planes)
+    return mask if select is None else mask & select(things.bounds_ws, things.longest_edge_m)
 
 
 def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np.ndarray, np.ndarray]:

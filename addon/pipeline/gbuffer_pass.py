@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 
 from ..maths.view import Camera
+from .clusters import frustum_planes
 from .draw_list import DrawList
 from .programs import Programs, matrix_bytes, set_uniforms
 
@@ -39,7 +40,7 @@ def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer,
     for program in pair:
         set_uniforms(program, u_clip_from_world=matrix_bytes(camera.clip_from_world),
                      u_view_depth_from_world=np.asarray(-view[2], np.float32).tobytes())
-    return draw_list.draw(*pair, camera.clip_from_world, attributes=True)
+    return draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True)
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

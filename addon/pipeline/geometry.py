@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from .clusters import cluster_bounds, clustered, morton
-from .draw_list import DrawList, InstancedGroup
+from .clusters import cluster_bounds, clustered, longest_edges, morton
+from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .octahedral import packed_octahedral
 from .gl_raw import BufferTexture
 from .ranges import Ranges
@@ -35,6 +35,7 @@ class _Part:
     index_count: int
     cluster_starts: np.ndarray
     bounds: np.ndarray
+    longest_edges: np.ndarray
     slot: int
     transform: np.ndarray | None
 
@@ -53,7 +54,6 @@ class GeometryStore:
         self._parts: dict[Hashable, _Part] = {}
         self._scene: Scene | None = None
         self._draw_list: DrawList | None = None
-        self.generation = 0
         self.uploaded_meshes = 0
 
     def sync(self, scene: Scene) -> DrawList:
@@ -95,7 +95,7 @@ class GeometryStore:
         vertex_count, index_count = len(mesh.positions), triangles.size
         first_vertex, first_index = self._reserve_vertices(vertex_count), self._reserve_indices(index_count)
         slot = self._reserve_slot()
-        part = _Part(mesh, first_vertex, vertex_count, first_index, index_count, starts, np.empty(0), slot, None)
+        part = _Part(mesh, first_vertex, vertex_count, first_index, index_count, starts, np.empty(0), np.empty(0), slot, None)
         self.indices.write((triangles.astype(np.uint32) + np.uint32(first_vertex)).tobytes(), offset=first_index * 4)
         self.vertex_slots.write(np.full(vertex_count, slot, np.uint32).tobytes(), offset=first_vertex * 4)
         self._place(part, transform, triangles)
@@ -112,6 +112,7 @@ class GeometryStore:
             triangles, _ = clustered(part.mesh.positions, part.mesh.triangles)
         part.transform = None if transform is None else transform.copy()
         part.bounds = cluster_bounds(positions, triangles, part.cluster_starts).astype(np.float64)
+        part.longest_edges = longest_edges(positions, triangles, part.cluster_starts).astype(np.float64)
         self.positions.write(positions.tobytes(), offset=part.first_vertex * 12)
         self.normals.write(packed_octahedral(normals).tobytes(), offset=part.first_vertex * 4)
 
@@ -133,11 +134,11 @@ class GeometryStore:
         for key, rows in instanced.items():
             part = self._parts[key]
             rows_of_slot[cursor : cursor + len(rows)] = rows
-            groups.append(InstancedGroup(part.first_index, part.index_count, np.arange(cursor, cursor + len(rows), dtype=np.uint32), bounds_ws[rows]))
+            slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
+            stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
+            groups.append(InstancedGroup(part.first_index, part.index_count, slots, bounds_ws[rows], stretch * part.longest_edges.max()))
             cursor += len(rows)
-        first, count, bounds = _ranges_of([p for p, _ in parts])
-        self.generation += 1
-        return DrawList.build(self._context, self, scene, first, count, bounds, groups, rows_of_slot, base)
+        return DrawList.build(self._context, self, scene, _ranges_of([p for p, _ in parts]), groups, rows_of_slot, base)
 
     def _replace_draw_list(self, draw_list: DrawList) -> None:
         if self._draw_list is not None:
@@ -227,10 +228,10 @@ def _turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
     return (out / np.where(length > 0.0, length, 1.0)).astype(np.float32)
 
 
-def _ranges_of(parts: list[_Part]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(first index, index count, bounds) of every cluster of the parts, in index order."""
+def _ranges_of(parts: list[_Part]) -> IndexRanges:
+    """Every cluster of the parts, in index order."""
     if not parts:
-        return np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2, 3))
+        return IndexRanges(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2, 3)), np.empty(0))
     first = np.concatenate([p.first_index + 3 * p.cluster_starts for p in parts])
     ends = np.concatenate([np.append(p.first_index + 3 * p.cluster_starts[1:], p.first_index + p.index_count) for p in parts])
-    return first, ends - first, np.concatenate([p.bounds for p in parts])
+    return IndexRanges(first, ends - first, np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts]))

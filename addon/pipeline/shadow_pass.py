@@ -7,8 +7,10 @@ import numpy as np
 
 from ..errors import GpuError
 from ..maths.projection import ShadowPlan, ShadowProjection
+from .clusters import frustum_planes
 from .draw_list import DrawList
 from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer
+from .log_pass import draw_log_map, log_warp_vector
 from .programs import Programs, matrix_bytes, set_uniforms
 
 MAX_MAPS = 48
@@ -48,25 +50,18 @@ def draw_shadow_maps(context: moderngl.Context, programs: Programs, maps: Shadow
         framebuffer.use()
         framebuffer.framebuffer.clear(depth=1.0)
         if not projection.is_empty:
-            sent += _draw_one(programs, draw_list, projection)
+            sent += _draw_one(programs, draw_list, projection, maps.size)
     context.disable_direct(GL_DEPTH_CLAMP)
     return sent
 
 
-def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection) -> int:
-    logarithmic = int(projection.log is not None)
-    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, LOGARITHMIC=logarithmic) for flag in (0, 1)]
+def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int) -> int:
+    if projection.log is not None:
+        return draw_log_map(programs, draw_list, projection, size)
+    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, LOGARITHMIC=0) for flag in (0, 1)]
     for program in pair:
-        set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world), u_log_warp=log_warp_vector(projection).tobytes())
-    return draw_list.draw(*pair, projection.clip_from_world, attributes=False, cull_near=False)
-
-
-def log_warp_vector(projection: ShadowProjection) -> np.ndarray:
-    """(4,) float32 (scale, offset, s divided, logarithmic): t = scale·log2(w) + offset, as the shaders take it."""
-    log = projection.log
-    if log is None:
-        return np.zeros(4, np.float32)
-    return np.array([log.scale, log.offset, float(log.perspective_s), 1.0], np.float32)
+        set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world))
+    return draw_list.draw(*pair, frustum_planes(projection.clip_from_world, cull_near=False), attributes=False)
 
 
 def plan_block(plan: ShadowPlan | None) -> bytes:
