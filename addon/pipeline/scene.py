@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Mesh:
         object.__setattr__(self, "normals", frozen(self.normals, np.float32))
         object.__setattr__(self, "triangles", frozen(self.triangles, np.int32))
 
-    @property
+    @cached_property
     def bounds_os(self) -> np.ndarray:
         """(2, 3) smallest and largest corner in object space."""
         return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
@@ -91,7 +92,11 @@ class Scene:
         return int(per_mesh[self.instances.mesh_index].sum()) if len(self.instances) else 0
 
     def instance_bounds_ws(self) -> np.ndarray:
-        """(I, 2, 3) float64 axis-aligned world bounds of every instance (bounds of the eight transformed corners)."""
+        """(I, 2, 3) float64 axis-aligned world bounds of every instance (bounds of the eight transformed corners); computed once."""
+        return self._instance_bounds_ws
+
+    @cached_property
+    def _instance_bounds_ws(self) -> np.ndarray:
         boxes = np.stack([m.bounds_os for m in self.meshes])[self.instances.mesh_index].astype(np.float64)
         centre, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
         m = self.instances.world_from_object
