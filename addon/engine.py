@@ -31,7 +31,12 @@ def border_window(render: bpy.types.RenderSettings, width: int, height: int) -> 
     """(x0, y0, x1, y1) in pixels, y upwards, of the part of the picture that Blender wants: all of it, or the render border."""
     if not render.use_border:
         return 0, 0, width, height
-    return (int(render.border_min_x * width), int(render.border_min_y * height), int(render.border_max_x * width), int(render.border_max_y * height))
+    return (
+        int(render.border_min_x * width),
+        int(render.border_min_y * height),
+        int(render.border_max_x * width),
+        int(render.border_max_y * height),
+    )
 
 
 def rect_of(name: str, image: np.ndarray, window: tuple[int, int, int, int]) -> np.ndarray:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 import numpy as np
+
+from .rendering import file_format
 
 NAME = "CAD Shadow Preview"
 
 
-def to_image(picture: np.ndarray, name: str = NAME) -> bpy.types.Image:
-    """The float image `name` with this (h, w, 4) scene-linear picture, seen through the scene's view transform like a render.
+def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bpy.types.Image:
+    """The float image `name` with this (h, w, 4) picture: scene linear and seen through the view transform like a render, or data as it is.
 
     An image of that name and size is filled anew, so that an editor that shows it goes on showing it.
     """
@@ -19,12 +23,26 @@ def to_image(picture: np.ndarray, name: str = NAME) -> bpy.types.Image:
         bpy.data.images.remove(image)
         image = None
     if image is None:
-        image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True)
-        image.use_view_as_render = True
+        image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True, is_data=is_data)
+        image.use_view_as_render = not is_data
         image.alpha_mode = "PREMUL"
     image.pixels.foreach_set(np.ascontiguousarray(picture[::-1], dtype=np.float32).ravel())
     image.update()
     return image
+
+
+def displayed(picture: np.ndarray) -> np.ndarray:
+    """A uint8 or uint16 picture, grey or RGB, as (h, w, 4) float32, 0…1, opaque."""
+    values = picture.astype(np.float32) / np.float32(np.iinfo(picture.dtype).max)
+    out = np.ones((*picture.shape[:2], 4), np.float32)
+    out[..., :3] = values[..., None] if values.ndim == 2 else values
+    return out
+
+
+def save_as_render(image: bpy.types.Image, path: Path, scene: bpy.types.Scene) -> None:
+    """Write an image through the scene's view transform, as a render is written (but without dithering)."""
+    with file_format(scene, path):
+        image.save_render(str(path), scene=scene)
 
 
 def show(context: bpy.types.Context, image: bpy.types.Image) -> bool:

@@ -1,4 +1,4 @@
-"""One picture asked for, and what came of it. Engine, operators, command line and scripting all render through `run`, so they agree bit by bit.
+"""One picture asked for, and what came of it. Every face of the add-on renders through a `Job`, so they agree bit by bit.
 
 No bpy: `sources.py` makes jobs from Blender's data.
 """
@@ -56,7 +56,11 @@ class Job:
     def key(self) -> tuple:
         """What the picture depends on, comparable and hashable: equal keys give equal pictures."""
         camera, light = self.camera, self.light
-        lit = None if light is None else (light.kind, _bytes(light.direction_ws), _bytes(light.position_ws), light.cone_rad, light.cone_blend, light.color)
+        lit = (
+            None
+            if light is None
+            else (light.kind, _bytes(light.direction_ws), _bytes(light.position_ws), light.cone_rad, light.cone_blend, light.color)
+        )
         seen = (camera.view_from_world.tobytes(), camera.clip_from_view.tobytes(), camera.near, camera.far)
         return id(self.scene), seen, lit, self.settings, self.size
 
@@ -82,10 +86,15 @@ class Pending:
     """A job under way on the worker. Every method returns at once, except `result` before it is `done`."""
 
     def __init__(self, job: Job) -> None:
-        from .pipeline.renderer import Request, shared_renderer  # moderngl is loaded with the first picture: enabling the add-on stays quick
+        from .pipeline.renderer import (
+            Request,
+            shared_renderer,
+        )  # moderngl is loaded with the first picture: enabling the add-on stays quick
 
         self.job = job
-        self._future, self._ticket = shared_renderer().submit(Request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure))
+        self._future, self._ticket = shared_renderer().submit(
+            Request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure)
+        )
 
     @property
     def progress(self) -> tuple[float, str]:

@@ -12,55 +12,21 @@ from typing import Literal
 
 from .errors import SettingsError
 from .maths.choices import CONVERGENCES, FITS, PARTITIONS, WARPS
+from .option_words import (
+    BIAS_WORDS,
+    CONVERGENCE_WORDS,
+    DISPLAY_WORDS,
+    FIT_WORDS,
+    PARTITION_WORDS,
+    PCF_WORDS,
+    SAMPLE_COUNTS,
+    SAMPLE_WORDS,
+    TEST_WORDS,
+    WARP_WORDS,
+)
 from .pipeline.settings import BIASES, DISPLAYS, PCF_COUNTS, TESTS, Settings
 
 Kind = Literal["choice", "number", "count", "switch", "numbers", "color"]
-
-WARP_WORDS = (
-    ("Uniform", "Every texel covers the same area seen from the light: sharp far away, coarse near the eye"),
-    ("PSM", "Perspective shadow map, n' = n: the most detail at the eye, the least far away"),
-    ("LiSPSM (original)", "Light-space perspective, n' = (n + √(f n)) / sin γ (T4 (27)): near and far err alike"),
-    ("LiSPSM (generalised)", "Light-space perspective for every angle between light and view, fading to uniform below γ_lim (T4 (39), (42)–(44))"),
-    ("LiSPSM (Lloyd)", "Light-space perspective with Lloyd's ramp η(γ) (method §3)"),
-    ("TSM", "Trapezoidal: 80 % of the map for the nearer part of the view"),
-    ("Logarithmic", "A logarithm along the view, none across it (LogPSM 5.39)"),
-    ("Log + perspective", "A logarithm along the view and a perspective across it: equal error everywhere along it (LogPSM 5.43)"),
-)
-PARTITION_WORDS = (
-    ("One map", "The whole view in a single shadow map"),
-    ("Logarithmic", "Self-similar slices, each as many times longer as the one before (T4 (50))"),
-    ("Linear", "Slices of equal depth (LogPSM 5.58)"),
-    ("PSSM", "A mean of logarithmic and linear slices (LogPSM 5.60)"),
-    ("Pseudo-near", "A short first slice, logarithmic slices behind it (LogPSM §5.1.8)"),
-    ("Adaptive", "Logarithmic when the light is across the view, geometric when it runs along it (T4 (55))"),
-    ("Faces", "One map per side of the view frustum (T4 §4.3.1)"),
-    ("Faces × depth", "One map per side of the view frustum and slice of depth"),
-)
-FIT_WORDS = (
-    ("View frustum", "Texels are spread over all that the camera could see"),
-    ("Scene", "Texels are spread over the part of the view that holds the scene"),
-    ("Visible surfaces", "Texels are spread over the surfaces really in the picture: the sharpest, above all when looking at one object"),
-)
-TEST_WORDS = (
-    ("Depth", "Compares depths, with a bias against self-shadowing"),
-    ("ID + depth", "Compares object numbers and depths: an object shadows itself only beyond ε_far (IDD §5.4)"),
-    ("Triangle-exact", "Tests the light ray against the very triangles found near it in the map: the sharpest edges, no bias (method §8)"),
-)
-BIAS_WORDS = (
-    ("Automatic", "From the footprint of the texel and the slope of the surface at every pixel; nothing to tune"),
-    ("Constant", "One distance along the light, in metres"),
-    ("Slope-scaled", "Grows with the slope of the surface against the light, in texels"),
-    ("Normal offset", "Moves the surface along its normal, in texels"),
-    ("Receiver plane", "Follows the plane of the surface within the filter"),
-)
-DISPLAY_WORDS = (
-    ("Shaded", "The lit picture"),
-    ("Shadow", "Only the light that arrives, in grey"),
-    ("Aliasing", "The lit picture tinted by the error m: picture pixels per shadow-map texel"),
-    ("Partitions", "The lit picture tinted by the shadow map that serves each pixel"),
-)
-CONVERGENCE_WORDS = (("Quadratic", "Fast return to the warp: r = [1 + sin((γ/γ_lim − 1) π/2)]² (T4 (44))"),
-                     ("Sine", "Zhang's slower one: r = sin(γ/γ_lim · π/2) (T4 (43))"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,59 +75,217 @@ def _choice(name: str, group: str, field: str, label: str, text: str, identifier
     return Option(name, ((group, field),), "choice", label, text, items=_items(identifiers, words))
 
 
-PCF_WORDS = tuple((f"{k} sample" + "s" * (k > 1), f"{k} shadow test{'s' * (k > 1)} per pixel: {k + 1} levels of shadow at an edge with one depth per cell")
-                  for k in PCF_COUNTS)
-SAMPLE_COUNTS = (1, 4, 9, 16)
-SAMPLE_WORDS = tuple((f"{k} per pixel", f"{k} camera sample{'s' * (k > 1)} per pixel of the picture; the data passes stay at pixel centres")
-                     for k in SAMPLE_COUNTS)
-
 OPTIONS: tuple[Option, ...] = (
     _choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARPS, WARP_WORDS),
-    Option("eta", (("warp", "eta"),), "number", "η", "Sets the warp directly: −1 uniform, 0 equal error near and far, 1 strongest (T4 (32), (33))",
-           low=-1.0, high=1.0, start=0.0),
-    Option("warp_parameter", (("warp", "parameter"),), "number", "n'", "Sets the warp directly: distance from the apex of the warping pyramid "
-           "to its near plane; small is strong (T4 (26))", low=1e-6, soft=(0.01, 1e4), unit="m", start=1.0),
-    Option("pseudo_near", (("warp", "pseudo_near"), ("partition", "pseudo_near")), "number", "Pseudo-Near", "View depth from which shadows shall "
-           "be sharp; nearer ones may be coarser (LogPSM §5.1.8, 5.64)", low=1e-6, soft=(0.01, 1e4), unit="m", start=1.0),
-    _choice("convergence", "warp", "convergence", "Fading", "How the warp fades to uniform as the light turns into the view's direction, "
-            "below γ_lim", CONVERGENCES, CONVERGENCE_WORDS),
+    Option(
+        "eta",
+        (("warp", "eta"),),
+        "number",
+        "η",
+        "Sets the warp directly: −1 uniform, 0 equal error near and far, 1 strongest (T4 (32), (33))",
+        low=-1.0,
+        high=1.0,
+        start=0.0,
+    ),
+    Option(
+        "warp_parameter",
+        (("warp", "parameter"),),
+        "number",
+        "n'",
+        "Sets the warp directly: distance from the apex of the warping pyramid to its near plane; small is strong (T4 (26))",
+        low=1e-6,
+        soft=(0.01, 1e4),
+        unit="m",
+        start=1.0,
+    ),
+    Option(
+        "pseudo_near",
+        (("warp", "pseudo_near"), ("partition", "pseudo_near")),
+        "number",
+        "Pseudo-Near",
+        "View depth from which shadows shall be sharp; nearer ones may be coarser (LogPSM §5.1.8, 5.64)",
+        low=1e-6,
+        soft=(0.01, 1e4),
+        unit="m",
+        start=1.0,
+    ),
+    _choice(
+        "convergence",
+        "warp",
+        "convergence",
+        "Fading",
+        "How the warp fades to uniform as the light turns into the view's direction, below γ_lim",
+        CONVERGENCES,
+        CONVERGENCE_WORDS,
+    ),
     _choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITIONS, PARTITION_WORDS),
-    Option("partitions", (("partition", "count"),), "count", "Partitions", "Number of slices in depth, one shadow map each: more are sharper "
-           "and cost more", low=1, high=8),
-    Option("split_weight", (("partition", "split_weight"),), "number", "Split Weight", "0 linear slices, 1 logarithmic ones (λ, LogPSM 5.60)",
-           low=0.0, high=1.0),
-    Option("alpha", (("partition", "alpha"),), "numbers", "Seam α", "Each slice ends at 1/α of the next one's end when the light runs along the "
-           "view; 2 to 4 hides the seams best (T4 (55))", low=1.001, soft=(2.0, 4.0)),
-    Option("map_size", (("fit", "size"),), "count", "Map Size", "Texels per side of every shadow map: twice as many halve the error and "
-           "need four times the memory", low=16, high=16384, soft=(256, 4096), unit="texel"),
+    Option(
+        "partitions",
+        (("partition", "count"),),
+        "count",
+        "Partitions",
+        "Number of slices in depth, one shadow map each: more are sharper and cost more",
+        low=1,
+        high=8,
+    ),
+    Option(
+        "split_weight",
+        (("partition", "split_weight"),),
+        "number",
+        "Split Weight",
+        "0 linear slices, 1 logarithmic ones (λ, LogPSM 5.60)",
+        low=0.0,
+        high=1.0,
+    ),
+    Option(
+        "alpha",
+        (("partition", "alpha"),),
+        "numbers",
+        "Seam α",
+        "Each slice ends at 1/α of the next one's end when the light runs along the view; 2 to 4 hides the seams best (T4 (55))",
+        low=1.001,
+        soft=(2.0, 4.0),
+    ),
+    Option(
+        "map_size",
+        (("fit", "size"),),
+        "count",
+        "Map Size",
+        "Texels per side of every shadow map: twice as many halve the error and need four times the memory",
+        low=16,
+        high=16384,
+        soft=(256, 4096),
+        unit="texel",
+    ),
     _choice("fit", "fit", "kind", "Fit", "What the shadow map's texels are spread over", FITS, FIT_WORDS),
-    Option("margin", (("fit", "margin_texels"),), "number", "Margin", "Texels kept free at the map's border for the filter", low=0.0,
-           soft=(0.0, 16.0), unit="texel"),
+    Option(
+        "margin",
+        (("fit", "margin_texels"),),
+        "number",
+        "Margin",
+        "Texels kept free at the map's border for the filter",
+        low=0.0,
+        soft=(0.0, 16.0),
+        unit="texel",
+    ),
     _choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", TESTS, TEST_WORDS),
-    Option("depths", (("test", "depths"),), "count", "Depths per Cell", "n-SM: depths each cell of the map holds; more give smoother edges "
-           "from fewer samples (SMMVP §4.5)", low=1, high=8),
-    _choice("pcf", "test", "pcf", "Filter", "Shadow tests averaged per pixel: more give softer, smoother edges (PCF(k, n))", PCF_COUNTS, PCF_WORDS),
+    Option(
+        "depths",
+        (("test", "depths"),),
+        "count",
+        "Depths per Cell",
+        "n-SM: depths each cell of the map holds; more give smoother edges from fewer samples (SMMVP §4.5)",
+        low=1,
+        high=8,
+    ),
+    _choice(
+        "pcf",
+        "test",
+        "pcf",
+        "Filter",
+        "Shadow tests averaged per pixel: more give softer, smoother edges (PCF(k, n))",
+        PCF_COUNTS,
+        PCF_WORDS,
+    ),
     _choice("bias_strategy", "test", "bias_strategy", "Bias", "How self-shadowing (acne) is kept away", BIASES, BIAS_WORDS),
-    Option("bias", (("test", "bias"),), "number", "Bias Amount", "Metres along the light for a constant bias, texels for slope-scaled and "
-           "normal offset: too little makes acne, too much detaches shadows", low=0.0, soft=(0.0, 4.0), start=1.0),
-    Option("epsilon", (("test", "epsilon"),), "number", "ε", "Depth difference below which nothing is in shadow (IDD §5.4)", low=0.0,
-           soft=(0.0, 1.0), unit="m", start=0.001),
-    Option("epsilon_far", (("test", "epsilon_far"),), "number", "ε far", "Depth difference above which everything is in shadow, whatever "
-           "its number (IDD §5.4)", low=0.0, soft=(0.0, 10.0), unit="m", start=0.1),
-    Option("id_per_material", (("test", "id_per_material"),), "switch", "ID per Material", "Faces of different material slots of one object "
-           "count as different objects in the ID test"),
+    Option(
+        "bias",
+        (("test", "bias"),),
+        "number",
+        "Bias Amount",
+        "Metres along the light for a constant bias, texels for slope-scaled and "
+        "normal offset: too little makes acne, too much detaches shadows",
+        low=0.0,
+        soft=(0.0, 4.0),
+        start=1.0,
+    ),
+    Option(
+        "epsilon",
+        (("test", "epsilon"),),
+        "number",
+        "ε",
+        "Depth difference below which nothing is in shadow (IDD §5.4)",
+        low=0.0,
+        soft=(0.0, 1.0),
+        unit="m",
+        start=0.001,
+    ),
+    Option(
+        "epsilon_far",
+        (("test", "epsilon_far"),),
+        "number",
+        "ε far",
+        "Depth difference above which everything is in shadow, whatever its number (IDD §5.4)",
+        low=0.0,
+        soft=(0.0, 10.0),
+        unit="m",
+        start=0.1,
+    ),
+    Option(
+        "id_per_material",
+        (("test", "id_per_material"),),
+        "switch",
+        "ID per Material",
+        "Faces of different material slots of one object count as different objects in the ID test",
+    ),
     _choice("display", "shading", "display", "Show", "What the picture shows", DISPLAYS, DISPLAY_WORDS),
-    _choice("samples", "shading", "samples", "Samples", "Camera samples per pixel: more make the edges of objects smoother", SAMPLE_COUNTS,
-            SAMPLE_WORDS),
-    Option("light_strength", (("shading", "light_strength"),), "number", "Strength", "Scales the light that casts the shadows", low=0.0, high=100.0,
-           soft=(0.0, 4.0)),
-    Option("ambient_sky", (("shading", "ambient_sky"),), "color", "Sky", "Ambient light on surfaces that look up", low=0.0, high=100.0, soft=(0.0, 1.0)),
-    Option("ambient_ground", (("shading", "ambient_ground"),), "color", "Ground", "Ambient light on surfaces that look down", low=0.0, high=100.0,
-           soft=(0.0, 1.0)),
-    Option("use_object_colors", (("shading", "use_object_colors"),), "switch", "Object Colours", "Paint objects in their own colours; off: all in clay"),
+    _choice(
+        "samples",
+        "shading",
+        "samples",
+        "Samples",
+        "Camera samples per pixel: more make the edges of objects smoother",
+        SAMPLE_COUNTS,
+        SAMPLE_WORDS,
+    ),
+    Option(
+        "light_strength",
+        (("shading", "light_strength"),),
+        "number",
+        "Strength",
+        "Scales the light that casts the shadows",
+        low=0.0,
+        high=100.0,
+        soft=(0.0, 4.0),
+    ),
+    Option(
+        "ambient_sky",
+        (("shading", "ambient_sky"),),
+        "color",
+        "Sky",
+        "Ambient light on surfaces that look up",
+        low=0.0,
+        high=100.0,
+        soft=(0.0, 1.0),
+    ),
+    Option(
+        "ambient_ground",
+        (("shading", "ambient_ground"),),
+        "color",
+        "Ground",
+        "Ambient light on surfaces that look down",
+        low=0.0,
+        high=100.0,
+        soft=(0.0, 1.0),
+    ),
+    Option(
+        "use_object_colors",
+        (("shading", "use_object_colors"),),
+        "switch",
+        "Object Colours",
+        "Paint objects in their own colours; off: all in clay",
+    ),
     Option("clay", (("shading", "clay"),), "color", "Clay", "The one colour of all objects when their own are off", low=0.0, high=1.0),
-    Option("background", (("shading", "background"),), "color", "Background", "Colour and opacity behind everything", low=0.0, high=100.0,
-           soft=(0.0, 1.0)),
+    Option(
+        "background",
+        (("shading", "background"),),
+        "color",
+        "Background",
+        "Colour and opacity behind everything",
+        low=0.0,
+        high=100.0,
+        soft=(0.0, 1.0),
+    ),
 )
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 

@@ -17,8 +17,6 @@ from .images.passes import channels_of, picture_of
 from .images.png import encode_png
 from .job import Outcome
 
-DATA_PASSES = ("shadow", "depth", "normal", "object", "partition", "aliasing")
-
 
 @contextmanager
 def written(path: Path) -> Iterator[Path]:
@@ -61,12 +59,13 @@ def write_pass(path: Path, name: str, outcome: Outcome) -> None:
     write_bytes(path, encode_png(picture_of(name, passes)) if path.suffix == ".png" else encode_exr(channels_of(name, passes)))
 
 
-def npz_arrays(outcome: Outcome) -> dict[str, np.ndarray]:
-    """The contract's arrays. The scene's local origin is taken out again: matrices start from true world coordinates, in metres."""
+def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """The contract's arrays, of the images those `wanted`. Matrices start from true world coordinates: the local origin is taken out."""
     job, frame = outcome.job, outcome.frame
     local_from_world = np.eye(4)
     local_from_world[:3, 3] = -job.scene.origin_ws
-    arrays = dict(frame.passes)
+    names = ["shadow_depth" if name == "texel" else name for name in wanted]
+    arrays = {name: frame.passes[name] for name in names if name in frame.passes}
     arrays["view_from_world"] = job.camera.view_from_world @ local_from_world
     arrays["clip_from_view"] = job.camera.clip_from_view
     direction = job.light.direction_ws if job.light else None
@@ -77,8 +76,8 @@ def npz_arrays(outcome: Outcome) -> dict[str, np.ndarray]:
     return arrays
 
 
-def write_npz(path: Path, outcome: Outcome) -> None:
+def write_npz(path: Path, outcome: Outcome, wanted: tuple[str, ...]) -> None:
     """Write the contract's `npz`, one file per view; raises `OutputError`."""
     buffer = io.BytesIO()
-    np.savez(buffer, **npz_arrays(outcome))
+    np.savez(buffer, **npz_arrays(outcome, wanted))
     write_bytes(path, buffer.getvalue())

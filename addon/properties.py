@@ -21,7 +21,11 @@ FLOAT_MAX = 3.4e38
 MAX_SPLITS = 7
 
 LIGHT_SOURCES = (
-    ("AUTOMATIC", "Automatic", "The scene's first visible sun, else its first spot or point light, else a sun from the upper left of the view"),
+    (
+        "AUTOMATIC",
+        "Automatic",
+        "The scene's first visible sun, else its first spot or point light, else a sun from the upper left of the view",
+    ),
     ("OBJECT", "Light Object", "The light object chosen below"),
     ("DIRECTION", "Direction", "A sun in the direction given below"),
 )
@@ -72,8 +76,12 @@ def _annotations() -> dict[str, object]:
         words = {"name": option.label, "description": option.text, "options": {"ANIMATABLE"} if option.kind != "choice" else set()}
         made[option.name] = _MAKERS[option.kind](option, words)
         if option.is_optional:
-            made["use_" + option.name] = BoolProperty(name=f"Set {option.label}", description=f"Set by hand instead of automatically: {option.text}",
-                                                      default=option.default is not None, options=set())
+            made["use_" + option.name] = BoolProperty(
+                name=f"Set {option.label}",
+                description=f"Set by hand instead of automatically: {option.text}",
+                default=option.default is not None,
+                options=set(),
+            )
     return made
 
 
@@ -86,14 +94,28 @@ class CadShadowSettings(bpy.types.PropertyGroup):
 
     __annotations__ = _annotations() | {
         "settings_version": IntProperty(name="Settings Version", description="Version of these settings in the file", options={"HIDDEN"}),
-        "crease_angle": FloatProperty(name="Crease Angle", description="Edges sharper than this look sharp, softer ones are shaded smoothly; "
-                                      "files that bring their own normals keep them", subtype="ANGLE", default=DEFAULT_CREASE_RAD,
-                                      min=0.0, max=pi, options=set()),
+        "crease_angle": FloatProperty(
+            name="Crease Angle",
+            description="Edges sharper than this look sharp, softer ones are shaded smoothly; files that bring their own normals keep them",
+            subtype="ANGLE",
+            default=DEFAULT_CREASE_RAD,
+            min=0.0,
+            max=pi,
+            options=set(),
+        ),
         "light_source": EnumProperty(name="Light", description="Which light casts the shadows", items=LIGHT_SOURCES, options=set()),
-        "light": PointerProperty(name="Light Object", description="The sun, spot or point light that casts the shadows",
-                                 type=bpy.types.Object, poll=_is_light),
-        "light_direction": FloatVectorProperty(name="Light Direction", description="Where the light comes from: the direction towards it, in "
-                                               "world axes", size=3, subtype="XYZ", default=(-1.0, -1.0, 2.0), soft_min=-1.0, soft_max=1.0),
+        "light": PointerProperty(
+            name="Light Object", description="The sun, spot or point light that casts the shadows", type=bpy.types.Object, poll=_is_light
+        ),
+        "light_direction": FloatVectorProperty(
+            name="Light Direction",
+            description="Where the light comes from: the direction towards it, in world axes",
+            size=3,
+            subtype="XYZ",
+            default=(-1.0, -1.0, 2.0),
+            soft_min=-1.0,
+            soft_max=1.0,
+        ),
     }
 
     @classmethod

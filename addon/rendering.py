@@ -18,15 +18,18 @@ from .job import ENGINE_PASSES, Outcome
 from .maths.view import Camera, Light
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
+from .views import Lens
 
 ENGINE = "CAD_SHADOW_PREVIEW"
+NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
 
 
 @dataclass(eq=False)
 class Request:
     """What a caller of `render` wants of the engine; the engine fills in `outcome` or `error`.
 
-    None leaves to the scene what it says: its camera, light and settings. `camera(scene, size)` and `light(scene, camera)` make theirs.
+    None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
+    `lens` changes whatever camera it is.
     """
 
     name: str
@@ -34,9 +37,18 @@ class Request:
     camera: Callable[[Scene, tuple[int, int]], Camera] | None = None
     light: Callable[[Scene, Camera], Light] | None = None
     settings: Settings | None = None
+    lens: Lens = Lens()
+    size: tuple[int, int] | None = None
     warnings: tuple[str, ...] = ()
     outcome: Outcome | None = field(default=None, init=False)
     error: UserError | None = field(default=None, init=False)
+
+
+def isometric(scene: Scene, size: tuple[int, int]) -> Camera:
+    """The view of a scene that has no camera."""
+    from .default_view import camera_for_view
+
+    return camera_for_view(scene, size, "iso")
 
 
 _requests: list[Request] = []
@@ -52,7 +64,9 @@ def render(scene: bpy.types.Scene, request: Request, write_to: Path | None = Non
 
     The scene's engine and output settings are put back afterwards. Raises `UserError` (of whatever kind the engine met).
     """
-    with _borrowed(scene, write_to):
+    if scene.camera is None and request.camera is None:
+        request.camera, request.warnings = isometric, (*request.warnings, NO_CAMERA)
+    with _borrowed(scene, request.size, write_to):
         _requests.append(request)
         try:
             bpy.ops.render.render(write_still=write_to is not None, scene=scene.name)
@@ -69,40 +83,62 @@ def _one_line(message: str) -> str:
     return " ".join(message.removeprefix("Error: ").split())
 
 
+KEPT = (
+    "engine",
+    "filepath",
+    "use_sequencer",
+    "use_file_extension",
+    "use_overwrite",
+    "use_placeholder",
+    "resolution_x",
+    "resolution_y",
+    "resolution_percentage",
+)
+KEPT_OF_FORMAT = ("media_type", "file_format", "color_mode", "color_depth")
+
+
 @contextmanager
-def _borrowed(scene: bpy.types.Scene, write_to: Path | None) -> Iterator[None]:
-    """The scene with our engine, a camera for Blender to accept, and its file settings turned to `write_to`; all put back at the end."""
+def _borrowed(scene: bpy.types.Scene, size: tuple[int, int] | None, write_to: Path | None) -> Iterator[None]:
+    """The scene with our engine, the size asked for and a camera for Blender to accept; all put back at the end."""
     render = scene.render
-    kept = {name: getattr(render, name) for name in ("engine", "filepath", "use_sequencer", "use_file_extension", "use_overwrite",
-                                                     "use_placeholder")}
-    image = render.image_settings
-    kept_image = {name: getattr(image, name) for name in ("media_type", "file_format", "color_mode", "color_depth") if hasattr(image, name)}
     stand_in = None
-    try:
+    with restored(render, KEPT), file_format(scene, write_to):
         render.engine, render.use_sequencer = ENGINE, False
+        if size is not None:
+            render.resolution_x, render.resolution_y, render.resolution_percentage = *size, 100
         if scene.camera is None:
             stand_in = bpy.data.objects.new("CAD Shadow stand-in", bpy.data.cameras.new("CAD Shadow stand-in"))
             scene.camera = stand_in
         if write_to is not None:
             render.filepath, render.use_file_extension, render.use_overwrite, render.use_placeholder = str(write_to), False, True, False
-            _choose_format(image, write_to.suffix)
+        try:
+            yield
+        finally:
+            if stand_in is not None:
+                scene.camera = None
+                bpy.data.cameras.remove(stand_in.data)
+
+
+@contextmanager
+def restored(holder: bpy.types.bpy_struct, names: tuple[str, ...]) -> Iterator[None]:
+    """The properties `names` of `holder` (those this Blender has) put back at the end, in that order."""
+    kept = {name: getattr(holder, name) for name in names if hasattr(holder, name)}
+    try:
         yield
     finally:
-        if stand_in is not None:
-            scene.camera = None
-            bpy.data.cameras.remove(stand_in.data)
-        for holder, values in ((image, kept_image), (render, kept)):
-            for name, value in values.items():
-                setattr(holder, name, value)
+        for name, value in kept.items():
+            setattr(holder, name, value)
 
 
-def _choose_format(image: bpy.types.ImageFormatSettings, suffix: str) -> None:
-    """PNG or EXR for a file name; colour mode and depth stay the scene's where that format has them."""
-    wanted = {".png": "PNG", ".exr": "OPEN_EXR"}[suffix]
-    if image.file_format == wanted:
-        return
-    if hasattr(image, "media_type"):
-        image.media_type = "IMAGE"
-    image.file_format = wanted
-    image.color_mode = "RGBA"
-    image.color_depth = "32" if wanted == "OPEN_EXR" else "8"
+@contextmanager
+def file_format(scene: bpy.types.Scene, path: Path | None) -> Iterator[None]:
+    """PNG or EXR for a file name; colour mode and depth stay the scene's where it already writes that format."""
+    image = scene.render.image_settings
+    wanted = {".png": "PNG", ".exr": "OPEN_EXR"}.get(path.suffix if path else "")
+    with restored(image, KEPT_OF_FORMAT):
+        if wanted and image.file_format != wanted:
+            if hasattr(image, "media_type"):
+                image.media_type = "IMAGE"
+            image.file_format, image.color_mode = wanted, "RGBA"
+            image.color_depth = "32" if wanted == "OPEN_EXR" else "8"
+        yield

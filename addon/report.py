@@ -91,8 +91,15 @@ def _partition(index: int, job: Job, plan: ShadowPlan, projection: ShadowProject
     half_fov, log = job.camera.half_fov_rad, projection.log
     row = unknown_row(index, projection.near, projection.far)
     if half_fov > 0.0 and not projection.is_empty and 0.0 < projection.near < projection.far:
-        warped = WarpedMap(projection.near, projection.far, half_fov, plan.gamma_rad, projection.warp_parameter, log is not None,
-                           log is None or log.perspective_s)
+        warped = WarpedMap(
+            projection.near,
+            projection.far,
+            half_fov,
+            plan.gamma_rad,
+            projection.warp_parameter,
+            log is not None,
+            log is None or log.perspective_s,
+        )
         row = map_row(index, warped, projection.face >= 0, Resolution(job.settings.fit.size, job.size))
     fitted = {"warp_parameter": known(projection.warp_parameter), "eta": known(projection.eta)}
     return {key: _finite(value) for key, value in (row | fitted).items()}

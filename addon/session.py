@@ -1,4 +1,4 @@
-"""What lives as long as the add-on is enabled: the last outcome (for the Quality panel and the export), the GL worker, the readers' caches."""
+"""What lives as long as the add-on is enabled: the last outcome (for panel and export), the GL worker, the readers' caches."""
 
 from __future__ import annotations
 

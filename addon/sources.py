@@ -15,11 +15,11 @@ from .maths.view import Camera, Light
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .properties import settings_from
-from .rendering import Request, active_request
+from .rendering import NO_CAMERA, Request, active_request, isometric
 from .snapshot import SceneReader, camera_from_object, camera_from_region, choose_light
+from .views import sun_from
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
-NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
 NO_LIGHT = "There is no light: a sun from the upper left of the view is used."
 
 _render_reader = SceneReader()
@@ -43,10 +43,13 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
         camera, camera_warnings = request.camera(scene, size), ()
     else:
         camera, camera_warnings = _scene_camera(blender_scene, depsgraph, size, scene)
+    camera = request.lens.on(camera)
     light, light_warnings = _light(blender_scene.cad_shadow, scene, camera, request)
     settings = _with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
     warnings = (*request.warnings, *scene.warnings, *camera_warnings, *light_warnings)
-    return Job(request.name, scene, camera, light, settings, size, tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes))), sync_ms, warnings)
+    return Job(
+        request.name, scene, camera, light, settings, size, tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes))), sync_ms, warnings
+    )
 
 
 def job_for_view(context: bpy.types.Context) -> Job:
@@ -106,12 +109,28 @@ def fingerprint_of(scene: Scene) -> bytes:
     """16 bytes that name what a scene looks like: equal ones draw the same."""
     digest = hashlib.blake2b(digest_size=16)
     digest.update(repr(([mesh.key for mesh in scene.meshes], scene.origin_ws.tolist())).encode())
-    for array in (scene.instances.mesh_index, scene.instances.world_from_object, scene.instances.material_slot, scene.instances.base_color,
-                  scene.instances.object_id):
+    for array in (
+        scene.instances.mesh_index,
+        scene.instances.world_from_object,
+        scene.instances.material_slot,
+        scene.instances.base_color,
+        scene.instances.object_id,
+    ):
         digest.update(array.data)
     for light in scene.lights:
-        digest.update(repr((light.kind, _listed(light.direction_ws), _listed(light.position_ws), light.cone_rad, light.cone_blend, light.color,
-                            light.name)).encode())
+        digest.update(
+            repr(
+                (
+                    light.kind,
+                    _listed(light.direction_ws),
+                    _listed(light.position_ws),
+                    light.cone_rad,
+                    light.cone_blend,
+                    light.color,
+                    light.name,
+                )
+            ).encode()
+        )
     return digest.digest()
 
 
@@ -119,19 +138,26 @@ def _listed(vector: np.ndarray | None) -> list[float] | None:
     return None if vector is None else vector.tolist()
 
 
-def _read(reader: SceneReader, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], space: bpy.types.SpaceView3D | None = None) -> tuple[Scene, float]:
+def _read(
+    reader: SceneReader, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], space: bpy.types.SpaceView3D | None = None
+) -> tuple[Scene, float]:
     """The scene and the milliseconds it took."""
     begin = time.perf_counter()
     scene = reader.read(depsgraph, size=size, crease_angle_rad=depsgraph.scene.cad_shadow.crease_angle, space=space)
     return scene, (time.perf_counter() - begin) * 1e3
 
 
-def _scene_camera(blender_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], scene: Scene) -> tuple[Camera, tuple[str, ...]]:
+def _largest_viewport(context: bpy.types.Context) -> bpy.types.Area | None:
+    areas = [area for area in context.screen.areas if area.type == "VIEW_3D"] if context.screen else []
+    return max(areas, key=lambda area: area.width * area.height, default=None)
+
+
+def _scene_camera(
+    blender_scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], scene: Scene
+) -> tuple[Camera, tuple[str, ...]]:
     active = blender_scene.camera
     if active is None or active.type != "CAMERA":
-        from .default_view import camera_for_view
-
-        return camera_for_view(scene.bounds_ws(), size, "iso"), (NO_CAMERA,)
+        return isometric(scene, size), (NO_CAMERA,)
     return camera_from_object(active.evaluated_get(depsgraph), depsgraph, size, scene.origin_ws), ()
 
 
@@ -154,15 +180,6 @@ def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request
     return light, ((f"'{light.name}' casts the shadows; {others} other light{'s' * (others > 1)} left out.",) if others else ())
 
 
-def sun_from(towards: tuple[float, float, float], name: str = "") -> Light:
-    """A sun in the direction `towards` it, world axes, of any length; raises `SceneError` for a zero or infinite one."""
-    vector = np.array(towards, dtype=np.float64)
-    length = float(np.linalg.norm(vector))
-    if not 0.0 < length < np.inf:
-        raise SceneError("The light's direction is zero or infinite: give X, Y, Z towards the light, for example -1,-1,2.")
-    return Light("sun", vector / length, name=name or "direction")
-
-
 def _with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:
     """Film > Transparent makes the background transparent, as in every engine."""
     if not blender_scene.render.film_transparent:
@@ -171,7 +188,6 @@ def _with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:
 
 
 def forget() -> None:
-    """Drop the caches and Blender's handlers of the readers."""
-    view_reader.disconnect()
+    """Drop the readers' caches."""
     view_reader.clear()
     _render_reader.clear()

@@ -1,5 +1,6 @@
-"""OpenEXR files from arrays: one part, scan lines, ZIP blocks of 16, 32-bit float or unsigned channels ("Technical Introduction to OpenEXR",
-"OpenEXR File Layout"). Values are kept bit for bit; no colour management.
+"""OpenEXR files from arrays: one part, scan lines, ZIP blocks of 16, 32-bit float or unsigned channels.
+
+Sources: "Technical Introduction to OpenEXR", "OpenEXR File Layout". Values are kept bit for bit; no colour management.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ ZIP = 3
 
 
 def encode_exr(channels: dict[str, np.ndarray]) -> bytes:
-    """The file's bytes for named channels (h, w) float32 or uint32, row 0 at the top. Channels are stored in alphabetical order, as EXR asks."""
+    """The file's bytes for named channels (h, w) float32 or uint32, row 0 at the top, stored in alphabetical order."""
     names = sorted(channels)
     height, width = channels[names[0]].shape
     lines = np.stack([np.ascontiguousarray(channels[name]).view(np.uint32) for name in names], axis=1).astype("<u4")  # (h, channels, w)
@@ -46,15 +47,23 @@ def _attribute(name: str, kind: str, value: bytes) -> bytes:
 
 
 def _header(kinds: dict[str, np.dtype], width: int, height: int) -> bytes:
-    listed = b"".join(name.encode() + b"\0" + struct.pack("<iB3xii", UINT if kind == np.uint32 else FLOAT, 0, 1, 1) for name, kind in kinds.items())
+    listed = b"".join(
+        name.encode() + b"\0" + struct.pack("<iB3xii", UINT if kind == np.uint32 else FLOAT, 0, 1, 1) for name, kind in kinds.items()
+    )
     window = struct.pack("<iiii", 0, 0, width - 1, height - 1)
-    return struct.pack("<ii", MAGIC, VERSION) + b"".join([
-        _attribute("channels", "chlist", listed + b"\0"),
-        _attribute("compression", "compression", bytes([ZIP])),
-        _attribute("dataWindow", "box2i", window),
-        _attribute("displayWindow", "box2i", window),
-        _attribute("lineOrder", "lineOrder", b"\0"),
-        _attribute("pixelAspectRatio", "float", struct.pack("<f", 1.0)),
-        _attribute("screenWindowCenter", "v2f", struct.pack("<ff", 0.0, 0.0)),
-        _attribute("screenWindowWidth", "float", struct.pack("<f", 1.0)),
-    ]) + b"\0"
+    return (
+        struct.pack("<ii", MAGIC, VERSION)
+        + b"".join(
+            [
+                _attribute("channels", "chlist", listed + b"\0"),
+                _attribute("compression", "compression", bytes([ZIP])),
+                _attribute("dataWindow", "box2i", window),
+                _attribute("displayWindow", "box2i", window),
+                _attribute("lineOrder", "lineOrder", b"\0"),
+                _attribute("pixelAspectRatio", "float", struct.pack("<f", 1.0)),
+                _attribute("screenWindowCenter", "v2f", struct.pack("<ff", 0.0, 0.0)),
+                _attribute("screenWindowWidth", "float", struct.pack("<f", 1.0)),
+            ]
+        )
+        + b"\0"
+    )

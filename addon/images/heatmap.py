@@ -14,7 +14,9 @@ INK, PAPER = (20, 20, 22), (240, 240, 240)
 
 # log2 m → sRGB: blue wastes texels, pale is ideal, yellow to dark red aliases
 _STOPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0])
-_COLORS = np.array([(33, 72, 160), (112, 164, 214), (232, 240, 226), (250, 214, 96), (240, 138, 45), (206, 48, 36), (110, 6, 40)], np.float64)
+_COLORS = np.array(
+    [(33, 72, 160), (112, 164, 214), (232, 240, 226), (250, 214, 96), (240, 138, 45), (206, 48, 36), (110, 6, 40)], np.float64
+)
 
 
 def scale_colors(m: np.ndarray) -> np.ndarray:

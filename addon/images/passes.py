@@ -7,11 +7,19 @@ import numpy as np
 from .heatmap import NOTHING, heat_map
 
 _GOLDEN = 0.6180339887498949
-EXR_CHANNELS = {"combined": "RGBA", "normal": "XYZ", "shadow": "Y", "depth": "Z", "object": "Y", "partition": "Y", "aliasing": ("m", "m_x", "m_z")}
+EXR_CHANNELS = {
+    "combined": "RGBA",
+    "normal": "XYZ",
+    "shadow": "Y",
+    "depth": "Z",
+    "object": "Y",
+    "partition": "Y",
+    "aliasing": ("m", "m_x", "m_z"),
+}
 
 
 def picture_of(name: str, passes: dict[str, np.ndarray]) -> np.ndarray:
-    """uint8 or uint16 image of pass `name`: shadow grey, depth nearest white, normal in colours, ids in distinct colours, aliasing a heat map."""
+    """uint8 or uint16 image of pass `name`: shadow grey, depth nearest white, ids in distinct colours, aliasing a heat map."""
     image = passes["shadow_depth" if name == "texel" else name]
     if name == "shadow":
         return _bytes(image)

@@ -1,4 +1,4 @@
-"""PNG files from arrays (W3C PNG, third edition). Eight or sixteen bits, grey, RGB or RGBA, no colour management: what goes in is what is shown."""
+"""PNG files from arrays (W3C PNG, third edition): 8 or 16 bits, grey, RGB or RGBA. No colour management: what goes in is shown."""
 
 from __future__ import annotations
 

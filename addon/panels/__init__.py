@@ -1,4 +1,4 @@
-"""Blender's panels: the sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
+"""The sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
 
 from . import compatible, quality, settings
 

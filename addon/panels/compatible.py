@@ -8,8 +8,19 @@ import bpy
 
 ENGINE = "CAD_SHADOW_PREVIEW"
 MODEL = "BLENDER_WORKBENCH"
-NOT_OURS = ("RENDER_PT_opengl_", "RENDER_PT_eevee_", "RENDER_PT_freestyle", "VIEWLAYER_PT_freestyle", "VIEWLAYER_PT_workbench",
-            "VIEWLAYER_PT_layer_passes", "MATERIAL_PT_freestyle", "DATA_PT_camera_dof", "RENDER_PT_stereoscopy", "TEXTURE_PT_", "WORLD_PT_")
+NOT_OURS = (
+    "RENDER_PT_opengl_",
+    "RENDER_PT_eevee_",
+    "RENDER_PT_freestyle",
+    "VIEWLAYER_PT_freestyle",
+    "VIEWLAYER_PT_workbench",
+    "VIEWLAYER_PT_layer_passes",
+    "MATERIAL_PT_freestyle",
+    "DATA_PT_camera_dof",
+    "RENDER_PT_stereoscopy",
+    "TEXTURE_PT_",
+    "WORLD_PT_",
+)
 ALSO_OURS = ("EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_viewport_settings", "EEVEE_NEXT_MATERIAL_PT_settings")
 
 
@@ -20,9 +31,11 @@ def _subclasses(cls: type) -> Iterator[type]:
 
 
 def fitting_panels() -> list[type]:
-    """The registered panels of Blender that this engine shows: Workbench's, without what is only Workbench's, and the material's surface."""
+    """The registered panels of Blender that this engine shows: Workbench's, without what is only its own, and the material's surface."""
     with_engines = [cls for cls in _subclasses(bpy.types.Panel) if isinstance(cls.__dict__.get("COMPAT_ENGINES"), set)]
-    return [cls for cls in with_engines if cls.__name__ in ALSO_OURS or (MODEL in cls.COMPAT_ENGINES and not cls.__name__.startswith(NOT_OURS))]
+    return [
+        cls for cls in with_engines if cls.__name__ in ALSO_OURS or (MODEL in cls.COMPAT_ENGINES and not cls.__name__.startswith(NOT_OURS))
+    ]
 
 
 def register() -> None:

@@ -84,12 +84,24 @@ class Section:
 SECTIONS = (
     Section("preview", "Preview", draw_preview),
     Section("light", "Light", draw_light),
-    Section("ambient", "Ambient & Colours", draw_options("ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"), "light", True),
+    Section(
+        "ambient",
+        "Ambient & Colours",
+        draw_options("ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
+        "light",
+        True,
+    ),
     Section("warp", "Warp", draw_options("warp")),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence"), "warp", True),
     Section("partition", "Partition", draw_options("partition", "partitions", "split_weight", "alpha")),
     Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "depths")),
-    Section("map_expert", "Bias & Margin", draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "margin"), "map", True),
+    Section(
+        "map_expert",
+        "Bias & Margin",
+        draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "margin"),
+        "map",
+        True,
+    ),
     Section("export", "Export", draw_export, closed=True),
 )
 
@@ -100,8 +112,19 @@ def _panel(section: Section, place: str, **members: object) -> type[bpy.types.Pa
         members["bl_parent_id"] = f"CAD_SHADOW_PT_{place}_{section.parent}"
     options = {"DEFAULT_CLOSED"} if section.closed else set()
     order = SECTIONS.index(section)
-    return type(name, (bpy.types.Panel,), {"__doc__": f"{section.label} of the CAD shadow preview.", "bl_idname": name, "bl_label": section.label,
-                                           "bl_options": options, "bl_order": order, "draw": section.draw, **members})
+    return type(
+        name,
+        (bpy.types.Panel,),
+        {
+            "__doc__": f"{section.label} of the CAD shadow preview.",
+            "bl_idname": name,
+            "bl_label": section.label,
+            "bl_options": options,
+            "bl_order": order,
+            "draw": section.draw,
+            **members,
+        },
+    )
 
 
 def _is_our_engine(cls: type, context: bpy.types.Context) -> bool:
@@ -115,8 +138,15 @@ def sidebar_panel(section: Section) -> type[bpy.types.Panel]:
 
 def render_panel(section: Section) -> type[bpy.types.Panel]:
     """The section as a panel of the render properties."""
-    return _panel(section, "render", bl_space_type="PROPERTIES", bl_region_type="WINDOW", bl_context="render",
-                  COMPAT_ENGINES={ENGINE}, poll=classmethod(_is_our_engine))
+    return _panel(
+        section,
+        "render",
+        bl_space_type="PROPERTIES",
+        bl_region_type="WINDOW",
+        bl_context="render",
+        COMPAT_ENGINES={ENGINE},
+        poll=classmethod(_is_our_engine),
+    )
 
 
 CLASSES = tuple(make(section) for make in (sidebar_panel, render_panel) for section in SECTIONS)

@@ -1,0 +1,225 @@
+"""The command line's words: one parser for `blender --command cad_shadow` and `python -m addon`. No bpy; nothing is done here.
+
+Options about the method are made from `options.OPTIONS`; those not given are absent from the parsed namespace, so that a settings file or
+the scene can speak.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from math import inf, radians
+
+from .options import OPTIONS, Option
+from .pipeline.settings import PASSES
+
+VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
+FORMATS = ("png", "exr", "npz")
+GIVEN = argparse.SUPPRESS
+
+
+def vector(text: str) -> tuple[float, float, float]:
+    """X,Y,Z."""
+    values = tuple(float(part) for part in text.split(","))
+    if len(values) != 3 or not all(-inf < v < inf for v in values):
+        raise ValueError(text)
+    return values
+
+
+def size(text: str) -> tuple[int, int]:
+    """WxH in pixels."""
+    match = re.fullmatch(r"(\d+)[x×X](\d+)", text)
+    if not match or not all(int(n) for n in match.groups()):
+        raise ValueError(text)
+    return int(match[1]), int(match[2])
+
+
+def degrees_between(low: float, high: float) -> object:
+    """A parser of degrees in the open interval, to radians."""
+
+    def angle(text: str) -> float:
+        if not low < float(text) < high:
+            raise argparse.ArgumentTypeError(f"{text} does not lie between {low:g} and {high:g} degrees")
+        return radians(float(text))
+
+    return angle
+
+
+def pass_list(text: str) -> tuple[str, ...]:
+    """Comma-separated passes."""
+    names = tuple(name.strip() for name in text.split(","))
+    unknown = [name for name in names if name not in PASSES]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"unknown pass '{unknown[0]}': choose from {','.join(PASSES)}")
+    return tuple(dict.fromkeys(names))
+
+
+def color(text: str) -> tuple[float, ...]:
+    """R,G,B[,A], linear."""
+    return tuple(float(part) for part in text.split(","))
+
+
+def number_of(option: Option) -> object:
+    """A parser of the option's number that checks its range. How large a map may be is for the machine to say."""
+    high = inf if option.unit == "texel" else option.high
+
+    def number(text: str) -> float:
+        value = int(text) if option.kind == "count" else float(text)
+        if not option.low <= value <= high:
+            raise argparse.ArgumentTypeError(f"{text} does not lie between {option.low:g} and {high:g}")
+        return value
+
+    number.__name__ = "whole number" if option.kind == "count" else "number"
+    return number
+
+
+def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
+    """One option of the method."""
+    text = option.text.replace("%", "%%") + ("" if option.default is None else f" (default {_shown(option.default)})")
+    common = {"dest": f"option_{option.name}", "help": text, "default": GIVEN}
+    if option.kind == "choice":
+        words = {str(identifier): identifier for identifier, _, _ in option.items}
+        group.add_argument(option.flag, choices=words, **common)
+    elif option.kind == "switch":
+        group.add_argument(option.flag, action=argparse.BooleanOptionalAction, **common)
+    elif option.kind == "numbers":
+        group.add_argument(option.flag, type=color, metavar="A[,A…]", **common)
+    elif option.kind == "color":
+        group.add_argument(option.flag, type=color, metavar="R,G,B", **common)
+    else:
+        group.add_argument(option.flag, type=number_of(option), metavar={"m": "METRES", "texel": "N"}.get(option.unit, "N"), **common)
+
+
+def _shown(default: object) -> str:
+    return ",".join(f"{v:g}" for v in default) if isinstance(default, tuple) else str(default)
+
+
+SECTIONS = {
+    "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence"),
+    "partition": ("partition", "partitions", "split_weight", "alpha"),
+    "map": ("map_size", "fit", "margin"),
+    "shadow test": ("test", "depths", "pcf", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
+    "picture": ("display", "samples", "light_strength", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
+}
+
+
+def add_method(parser: argparse.ArgumentParser, *sections: str) -> None:
+    """The options of these sections."""
+    by_name = {option.name: option for option in OPTIONS}
+    for section in sections:
+        group = parser.add_argument_group(section)
+        for name in SECTIONS[section]:
+            add_option(group, by_name[name])
+
+
+def add_reporting(parser: argparse.ArgumentParser, folder: bool = True) -> None:
+    """Where results go and how much is said."""
+    group = parser.add_argument_group("results")
+    if folder:
+        group.add_argument("-o", "--output", metavar="DIR", help="folder to write to, made if needed (default: the current one)")
+    group.add_argument("--report", metavar="FILE.json", help="write the report there; with several inputs a list of reports")
+    group.add_argument(
+        "--settings", metavar="FILE.toml", help="options by their long names (map_size = 2048), or tables as in the report's settings"
+    )
+    group.add_argument("--quiet", action="store_true", help="say nothing but errors")
+    group.add_argument("--json", action="store_true", help="the report as JSON on standard output, and nothing else there")
+
+
+def add_view(parser: argparse.ArgumentParser) -> None:
+    """What is looked at, under which light."""
+    group = parser.add_argument_group("view")
+    which = group.add_mutually_exclusive_group()
+    which.add_argument("--camera", metavar="NAME", help="a camera of the scene (default: its active one, else an isometric view)")
+    which.add_argument("--view", choices=VIEWS, help="a view that frames everything")
+    which.add_argument("--eye", type=vector, metavar="X,Y,Z", help="look from here, in metres")
+    group.add_argument("--target", type=vector, metavar="X,Y,Z", help="look at this point (with --eye)")
+    group.add_argument(
+        "--up", type=vector, metavar="X,Y,Z", default=(0.0, 0.0, 1.0), help="what is up in the picture (with --eye; default 0,0,1)"
+    )
+    group.add_argument("--fov-y", type=degrees_between(0.0, 180.0), metavar="DEG", help="vertical field of view")
+    group.add_argument("--near", type=float, metavar="METRES", help="near distance of the view")
+    group.add_argument("--far", type=float, metavar="METRES", help="far distance of the view")
+    group.add_argument("--size", type=size, metavar="WxH", help="picture size in pixels (default: the scene's, 1280x720 for CAD files)")
+    light = parser.add_argument_group("light").add_mutually_exclusive_group()
+    light.add_argument(
+        "--light", metavar="NAME", help="a sun, spot or point light of the scene (default: the strongest sun, else one from the upper left)"
+    )
+    light.add_argument("--light-direction", type=vector, metavar="X,Y,Z", help="a sun; the direction towards it")
+
+
+def add_inputs(parser: argparse.ArgumentParser) -> None:
+    """What is drawn."""
+    group = parser.add_argument_group("input")
+    group.add_argument("inputs", nargs="*", metavar="INPUT", help=".blend or CAD file: .step .stp .stl .obj .ply .off .3mf .glb .gltf")
+    group.add_argument(
+        "--deck", type=int, metavar="TRIANGLES", help="draw the example too: a procedural oil-platform deck of about so many triangles"
+    )
+    group.add_argument("--units", metavar="UNIT", help="unit of CAD files that do not say or say wrong: mm, cm, m, in, ft, …")
+    group.add_argument("--up-axis", metavar="AXIS", help="axis that points up in CAD files: X, Y, Z, -X, -Y, -Z")
+    group.add_argument(
+        "--crease-angle", type=degrees_between(-1e-9, 180.0), metavar="DEG", help="edges sharper than this look sharp (default 30)"
+    )
+
+
+def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
+    """The whole parser; `parse_args` gives a namespace with `command`, and one `option_NAME` per option of the method that was given."""
+    parser = argparse.ArgumentParser(prog=prog, description="Anti-aliased shadow previews of CAD models, and their error.")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    preview = commands.add_parser("preview", help="render the inputs", description="Render each input and write its passes and its report.")
+    analyse = commands.add_parser(
+        "analyse", help="the error report without a picture", description="Measure the shadows' error; write no picture."
+    )
+    compare = commands.add_parser(
+        "compare", help="against ray-traced truth", description="Count the pixels whose shadow differs from traced rays."
+    )
+    for command in (preview, analyse, compare):
+        add_inputs(command)
+        add_reporting(command)
+        add_view(command)
+        add_method(command, *SECTIONS)
+    for command in (preview, analyse):
+        group = command.add_argument_group("output")
+        group.add_argument(
+            "--passes", type=pass_list, metavar="PASS[,PASS…]", help=f"from {','.join(PASSES)} (default: combined; all but texel for npz)"
+        )
+        group.add_argument(
+            "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"
+        )
+    add_theory(commands)
+    return parser
+
+
+def add_theory(commands: argparse._SubParsersAction) -> None:
+    """`theory`: what the texts predict, without a scene."""
+    theory = commands.add_parser(
+        "theory", help="what the texts predict, without a scene", description="Warp parameter, splits, M_x, M_z, S."
+    )
+    view = theory.add_argument_group("view")
+    view.add_argument("--near", type=float, required=True, metavar="N", help="near distance")
+    view.add_argument("--far", type=float, required=True, metavar="F", help="far distance")
+    view.add_argument(
+        "--fov-y", type=degrees_between(0.0, 180.0), default=radians(60.0), metavar="DEG", help="vertical field of view (default 60)"
+    )
+    view.add_argument(
+        "--gamma",
+        type=degrees_between(-1e-9, 90.0 + 1e-9),
+        default=radians(90.0),
+        metavar="DEG",
+        help="angle between light and view direction (default 90)",
+    )
+    view.add_argument("--size", type=size, metavar="WxH", help="picture size; with --map-size the resolution terms are included")
+    view.add_argument("--curve", choices=("z",), help="add the error along the view, m_x(z) and m_z(z)")
+    view.add_argument("--points", type=int, default=65, metavar="N", help="points of the curve (default 65)")
+    add_reporting(theory, folder=False)
+    add_method(theory, "warp", "partition", "map")
+
+
+def joined(argv: list[str]) -> list[str]:
+    """Arguments with `--eye -1,2,3` joined to `--eye=-1,2,3`: argparse would take the value for an option."""
+    out: list[str] = []
+    for argument in argv:
+        if out and re.match(r"-[\d.]", argument) and re.fullmatch(r"--[a-z-]+", out[-1]):
+            out[-1] += "=" + argument
+        else:
+            out.append(argument)
+    return out

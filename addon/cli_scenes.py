@@ -1,0 +1,163 @@
+"""The commands that need a scene: each input is opened, rendered through Blender, written, reported. One input's failure stops no other."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import bpy
+
+from . import default_view, register, unregister
+from .cli import chosen_settings
+from .errors import UserError
+from .images.png import encode_png
+from .inputs import open_input, open_model
+from .job import Outcome
+from .outputs import write_bytes, write_json, write_npz, write_pass, written
+from .pipeline.settings import PASSES, Settings
+from .platform_deck import build
+from .properties import settings_from
+from .rendering import Request, render
+from .report import failed_report
+from .truth import TruthTracer, compare
+from .truth.compare import COMPARED_PASSES
+from .views import Lens, named_camera, named_light, sun_from
+
+Say = Callable[[str], None]
+
+
+def process(args: argparse.Namespace, say: Say) -> list[dict[str, object]]:
+    """One report per input, in order."""
+    sources = [*args.inputs, *([] if args.deck is None else [None])]
+    with registered():
+        return [_one(source, args, say, f"[{i}/{len(sources)}] ") for i, source in enumerate(sources, 1)]
+
+
+@contextmanager
+def registered() -> Iterator[None]:
+    """The add-on attached to Blender while this lasts, unless it is already enabled."""
+    if hasattr(bpy.types.Scene, "cad_shadow"):
+        yield
+        return
+    register()
+    try:
+        yield
+    finally:
+        unregister()
+
+
+def _one(source: str | None, args: argparse.Namespace, say: Say, count: str) -> dict[str, object]:
+    name = source or f"deck:{args.deck}"
+    settings = None
+    try:
+        scene, warnings = open_model(build(args.deck)) if source is None else open_input(source, args.units, args.up_axis)
+        settings = chosen_settings(settings_from(scene.cad_shadow), args)
+        if args.crease_angle is not None:
+            scene.cad_shadow.crease_angle = args.crease_angle
+        report, line = COMMANDS[args.command](scene, request_for(name, args, settings, warnings), stem_of(source, args), args)
+    except UserError as error:
+        print(f"cad_shadow: {name}: {error}", file=sys.stderr)
+        return failed_report(name, settings, str(error))
+    except Exception as error:  # a defect of ours must not cost the inputs that follow
+        traceback.print_exc()
+        return failed_report(name, settings, f"{type(error).__name__}: {error}: please report this.")
+    say(f"{count}{name}: {line}")
+    for warning in report["warnings"]:
+        say(f"    {warning}")
+    return report
+
+
+def stem_of(source: str | None, args: argparse.Namespace) -> Path:
+    """Output folder / input's name without its suffix (with it, where two inputs differ only there): what all its files start with."""
+    folder = Path(args.output or ".")
+    if source is None:
+        return folder / f"deck_{args.deck}"
+    path = Path(source)
+    namesakes = [other for other in args.inputs if Path(other).stem == path.stem]
+    return folder / (path.stem if len(namesakes) == 1 else path.name.replace(".", "_"))
+
+
+def request_for(name: str, args: argparse.Namespace, settings: Settings, warnings: tuple[str, ...]) -> Request:
+    """What the engine is asked for: view and light as the command line says, else as the scene says."""
+    lens = Lens(args.fov_y and args.fov_y / 2.0, args.near, args.far)
+    request = Request(name, settings=settings, warnings=warnings, lens=lens, size=args.size)
+    if args.camera:
+        request.camera = lambda scene, size: named_camera(scene, args.camera)
+    elif args.view:
+        request.camera = lambda scene, size: default_view.camera_for_view(scene, size, args.view)
+    elif args.eye:
+        request.camera = lambda scene, size: default_view.camera_from_eye(scene, size, args.eye, args.target, args.up)
+    if args.light:
+        request.light = lambda scene, camera: named_light(scene, args.light)
+    elif args.light_direction:
+        request.light = lambda scene, camera: sun_from(args.light_direction)
+    return request
+
+
+def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+    """Render and write the passes and the report."""
+    wanted = args.passes or (tuple(p for p in PASSES if p != "texel") if args.format == "npz" else ("combined",))
+    request.passes = wanted
+    written_files = []
+    if args.format != "npz" and "combined" in wanted:
+        path = stem.with_name(f"{stem.name}_combined.{args.format}")
+        with written(path) as temporary:
+            outcome = render(scene, request, temporary)
+        written_files.append(path.name)
+    else:
+        outcome = render(scene, request)
+    written_files += write_data(outcome, stem, wanted, args.format)
+    write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
+    return outcome.report, f"{outcome.report['timing_ms']['total'] / 1e3:.2f} s, wrote {', '.join(written_files)}"
+
+
+def write_data(outcome: Outcome, stem: Path, wanted: tuple[str, ...], kind: str) -> list[str]:
+    """Write what is not the combined picture; gives the files' names."""
+    if kind == "npz":
+        path = stem.with_name(f"{stem.name}.npz")
+        write_npz(path, outcome, wanted)
+        return [path.name]
+    paths = {name: stem.with_name(f"{stem.name}_{name}.{kind}") for name in wanted if name != "combined"}
+    for name, path in paths.items():
+        write_pass(path, name, outcome)
+    return [path.name for path in paths.values()]
+
+
+def analyse(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+    """Render without a picture; the report is written where --output or --report say."""
+    outcome = render(scene, request)
+    if args.output:
+        write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
+    return outcome.report, summary(outcome.report)
+
+
+def summary(report: dict[str, object]) -> str:
+    """The report in a line."""
+    measured = report["measured"]
+    if not measured or measured["m_max"] is None:
+        return "nothing measured: no lit surface in view"
+    share = 100.0 * measured["share_above_1"]
+    return (
+        f"m median {measured['m_median']:.3g}, 95 % {measured['m_p95']:.3g}, max {measured['m_max']:.3g}; {share:.1f} % of pixels above 1"
+    )
+
+
+def compare_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+    """Render, trace rays through the same pixel centres, count the differences."""
+    request.passes = COMPARED_PASSES
+    outcome = render(scene, request)
+    job = outcome.job
+    tracer = TruthTracer(job.scene)
+    truth = tracer.trace(job.camera, job.light, job.size)
+    metrics, difference = compare(outcome.frame, truth, job.camera, job.light, job.settings.fit.size, tracer)
+    report = {**outcome.report, "truth": metrics}
+    write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(difference))
+    write_json(stem.with_name(f"{stem.name}_report.json"), report)
+    return report, f"{metrics['misclassified_pct']:.3f} % misclassified, acne {metrics['acne_pct']:.3f} %, leak {metrics['leak_pct']:.3f} %"
+
+
+COMMANDS = {"preview": preview, "analyse": analyse, "compare": compare_command}

@@ -1,0 +1,54 @@
+"""Opening what the command line is given, a .blend, a CAD file or the procedural deck, as the open Blender scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+
+from . import cad_files
+from .cad_import import to_blender
+from .cad_model import CadModel
+from .errors import CadFileError
+
+BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
+
+
+def open_input(source: str, units: str | None = None, up: str | None = None) -> tuple[bpy.types.Scene, tuple[str, ...]]:
+    """The scene that `source` holds, now open in Blender in place of what was, and what the user should know about it.
+
+    Raises `CadFileError`; the open file is replaced only after the new one could be read.
+    """
+    path = Path(source)
+    if path.suffix.lower() == ".blend":
+        return open_blend(path), ()
+    return open_model(cad_files.read(path, units, up))
+
+
+def open_blend(path: Path) -> bpy.types.Scene:
+    """The active scene of a .blend file. Its scripts are not run. Raises `CadFileError` for what is not a readable .blend."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(8)
+    except OSError as error:
+        raise CadFileError(f"{path} cannot be read ({error.strerror}): check the path and the permissions.") from error
+    if not start.startswith(BLEND_MAGICS):
+        raise CadFileError(
+            f"{path.name} is not a Blender file, whatever its name says: give it its true suffix, or save it again from Blender."
+        )
+    try:
+        bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+    except RuntimeError as error:
+        reason = " ".join(str(error).removeprefix("Error: ").split())
+        raise CadFileError(f"{path.name} cannot be opened by Blender {bpy.app.version_string} ({reason}).") from error
+    return bpy.context.scene
+
+
+def open_model(model: CadModel) -> tuple[bpy.types.Scene, tuple[str, ...]]:
+    """A new scene that holds only this CAD model. Colours are shown as the file gives them (view transform Standard)."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    scene = bpy.context.scene
+    scene.view_settings.view_transform = "Standard"
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 1280, 720, 100
+    to_blender(model, scene.collection)
+    return scene, model.warnings

@@ -1,0 +1,67 @@
+"""The words that explain each choice: (label, what it does to the picture), in the order of the choices. No bpy."""
+
+from .pipeline.settings import PCF_COUNTS
+
+WARP_WORDS = (
+    ("Uniform", "Every texel covers the same area seen from the light: sharp far away, coarse near the eye"),
+    ("PSM", "Perspective shadow map, n' = n: the most detail at the eye, the least far away"),
+    ("LiSPSM (original)", "Light-space perspective, n' = (n + √(f n)) / sin γ (T4 (27)): near and far err alike"),
+    (
+        "LiSPSM (generalised)",
+        "Light-space perspective for every angle between light and view, fading to uniform below γ_lim (T4 (39), (42)–(44))",
+    ),
+    ("LiSPSM (Lloyd)", "Light-space perspective with Lloyd's ramp η(γ) (method §3)"),
+    ("TSM", "Trapezoidal: 80 % of the map for the nearer part of the view"),
+    ("Logarithmic", "A logarithm along the view, none across it (LogPSM 5.39)"),
+    ("Log + perspective", "A logarithm along the view and a perspective across it: equal error everywhere along it (LogPSM 5.43)"),
+)
+PARTITION_WORDS = (
+    ("One map", "The whole view in a single shadow map"),
+    ("Logarithmic", "Self-similar slices, each as many times longer as the one before (T4 (50))"),
+    ("Linear", "Slices of equal depth (LogPSM 5.58)"),
+    ("PSSM", "A mean of logarithmic and linear slices (LogPSM 5.60)"),
+    ("Pseudo-near", "A short first slice, logarithmic slices behind it (LogPSM §5.1.8)"),
+    ("Adaptive", "Logarithmic when the light is across the view, geometric when it runs along it (T4 (55))"),
+    ("Faces", "One map per side of the view frustum (T4 §4.3.1)"),
+    ("Faces × depth", "One map per side of the view frustum and slice of depth"),
+)
+FIT_WORDS = (
+    ("View frustum", "Texels are spread over all that the camera could see"),
+    ("Scene", "Texels are spread over the part of the view that holds the scene"),
+    ("Visible surfaces", "Texels are spread over the surfaces really in the picture: the sharpest, above all when looking at one object"),
+)
+TEST_WORDS = (
+    ("Depth", "Compares depths, with a bias against self-shadowing"),
+    ("ID + depth", "Compares object numbers and depths: an object shadows itself only beyond ε_far (IDD §5.4)"),
+    ("Triangle-exact", "Tests the light ray against the very triangles found near it in the map: the sharpest edges, no bias (method §8)"),
+)
+BIAS_WORDS = (
+    ("Automatic", "From the footprint of the texel and the slope of the surface at every pixel; nothing to tune"),
+    ("Constant", "One distance along the light, in metres"),
+    ("Slope-scaled", "Grows with the slope of the surface against the light, in texels"),
+    ("Normal offset", "Moves the surface along its normal, in texels"),
+    ("Receiver plane", "Follows the plane of the surface within the filter"),
+)
+DISPLAY_WORDS = (
+    ("Shaded", "The lit picture"),
+    ("Shadow", "Only the light that arrives, in grey"),
+    ("Aliasing", "The lit picture tinted by the error m: picture pixels per shadow-map texel"),
+    ("Partitions", "The lit picture tinted by the shadow map that serves each pixel"),
+)
+CONVERGENCE_WORDS = (
+    ("Quadratic", "Fast return to the warp: r = [1 + sin((γ/γ_lim − 1) π/2)]² (T4 (44))"),
+    ("Sine", "Zhang's slower one: r = sin(γ/γ_lim · π/2) (T4 (43))"),
+)
+
+PCF_WORDS = tuple(
+    (
+        f"{k} sample" + "s" * (k > 1),
+        f"{k} shadow test{'s' * (k > 1)} per pixel: {k + 1} levels of shadow at an edge with one depth per cell",
+    )
+    for k in PCF_COUNTS
+)
+SAMPLE_COUNTS = (1, 4, 9, 16)
+SAMPLE_WORDS = tuple(
+    (f"{k} per pixel", f"{k} camera sample{'s' * (k > 1)} per pixel of the picture; the data passes stay at pixel centres")
+    for k in SAMPLE_COUNTS
+)

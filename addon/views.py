@@ -1,0 +1,69 @@
+"""Cameras and lights asked for in words or numbers: `--view`, `--eye`, `--fov-y`, `--near`, `--far`, `--light`. No bpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import tan
+
+import numpy as np
+
+from .errors import SceneError
+from .maths.choices import require
+from .maths.view import Camera, Light
+from .pipeline.scene import Scene
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """Changes to a camera, None = as it is: vertical half field of view in radians, near and far view depth in metres."""
+
+    half_fov_rad: float | None = None
+    near: float | None = None
+    far: float | None = None
+
+    def on(self, camera: Camera) -> Camera:
+        """The camera with these changes; raises `SettingsError` for near ≥ far and for a field of view that it cannot have."""
+        near = camera.near if self.near is None else self.near
+        far = camera.far if self.far is None else self.far
+        require(near < far, f"Near ({near:g} m) must be smaller than far ({far:g} m).")
+        require(camera.is_orthographic or near > 0.0, f"Near ({near:g} m) must be positive.")
+        clip_from_view = camera.clip_from_view.copy()
+        if self.half_fov_rad is not None:
+            require(not camera.is_orthographic, f"Camera '{camera.name}' is orthographic and has no field of view.")
+            clip_from_view[:2] *= 1.0 / (tan(self.half_fov_rad) * clip_from_view[1, 1])
+        if camera.is_orthographic:
+            clip_from_view[2, 2], clip_from_view[2, 3] = 2.0 / (near - far), (near + far) / (near - far)
+        else:
+            clip_from_view[2, 2], clip_from_view[2, 3] = (far + near) / (near - far), 2.0 * far * near / (near - far)
+        return replace(camera, clip_from_view=clip_from_view, near=near, far=far)
+
+
+def sun_from(towards: Point) -> Light:
+    """A sun in the direction `towards` it, world axes, of any length; raises `SceneError` for a zero or infinite one."""
+    vector = np.array(towards, dtype=np.float64)
+    length = float(np.linalg.norm(vector))
+    if not 0.0 < length < np.inf:
+        raise SceneError("The light's direction is zero or infinite: give X, Y, Z towards the light, for example -1,-1,2.")
+    return Light("sun", vector / length, name="direction")
+
+
+def named_camera(scene: Scene, name: str) -> Camera:
+    """The scene's camera of that name; raises `SceneError` naming those there are."""
+    found = next((camera for camera in scene.cameras if camera.name == name), None)
+    if found is None:
+        raise SceneError(f"There is no camera '{name}': choose one of {_names(scene.cameras)}.")
+    return found
+
+
+def named_light(scene: Scene, name: str) -> Light:
+    """The scene's light of that name; raises `SceneError` naming those there are."""
+    found = next((light for light in scene.lights if light.name == name), None)
+    if found is None:
+        raise SceneError(f"There is no sun, spot or point light '{name}' that the render sees: choose one of {_names(scene.lights)}.")
+    return found
+
+
+def _names(things: tuple[Camera, ...] | tuple[Light, ...]) -> str:
+    return ", ".join(f"'{thing.name}'" for thing in things) or "(none there)"
