@@ -16,14 +16,14 @@ import numpy as np
 from .choices import FitChoice, PartitionChoice, WarpChoice
 from .crop import Casters, Receivers, Warp, crop
 from .frusta import Body, box_corners, box_planes, depth_planes, frustum_corners, hexahedron
-from .light_space import NEAREST, LightSpace, cone_space, roundness, sun_space
+from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
 from .spaces import translation
+from .strength import Range, steady_strength
 from .view import Camera, Light
-from .warps import eta_from_parameter, gamma_lim_rad, warp_depth, warp_parameter
+from .warps import eta_from_parameter, gamma_lim_rad, warp_depth
 
-STRONGEST = 1e4       # largest f'/n': beyond it float32 cannot place a texel
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
 THINNEST = 1e-3       # least (f−n)/n of a range that is divided
 
@@ -219,7 +219,7 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
     z = np.concatenate([hull[:, 2], [lit.rows[2].min(), lit.rows[2].max()]]) if space.position is not None else hull[:, 2]
     start, depth = float(z.min()), max(float(np.ptp(z)), 1e-9)
     round_share = _round_share(sight, space, near, far)
-    strength, depth_m = _strength(sight, space, near, far, depth, round_share)
+    strength, depth_m = _strength(sight, space, near, far, depth)
     log = sight.warp.kind == "logpsm" if sight.warp.is_logarithmic and space.position is None else None
     warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log)
     cropped = crop(space, warp, lit, casters, sight.fit, round_share)
@@ -236,7 +236,7 @@ def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> fl
     return roundness(space.gamma_rad, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf)
 
 
-def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float, round_share: float) -> tuple[float, float]:
+def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float) -> tuple[float, float]:
     """ln(f'/n') of the map, and the depth of P in metres that n' refers to.
 
     For the sun that is P's own depth. In a finite light's space lengths have no unit: there f'/n' is carried over from the directional
@@ -245,9 +245,18 @@ def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: f
     phi, gamma = sight.camera.half_fov_rad, space.gamma_rad
     if phi <= 0.0:
         return 0.0, depth
-    depth_m = depth if space.position is None else warp_depth(near, far, phi, gamma)
-    parameter = warp_parameter(sight.warp, near, far, phi, gamma)
-    return min(log1p(depth_m / parameter), log1p(STRONGEST)) * (1.0 - round_share), depth_m
+    text_depth = warp_depth(near, far, phi, gamma)
+    depth_m = depth if space.position is None else text_depth
+    extent = Range(near, far, phi, max(phi, _side_angle(sight.camera, space)), depth_m / text_depth)
+    return steady_strength(sight.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi))), depth_m
+
+
+def _side_angle(camera: Camera, space: LightSpace) -> float:
+    """Half angle of the view frustum in the plane of the light and the view: from the picture's half sides as the light sees them."""
+    across = camera.view_from_world[:2, :3] @ (space.ray - camera.direction_ws * (space.ray @ camera.direction_ws))
+    length = float(np.hypot(*across))
+    half_sides = 1.0 / np.array([camera.clip_from_view[0, 0], camera.clip_from_view[1, 1]])
+    return float(np.arctan(np.abs(across) @ half_sides / length)) if length > 0.0 else camera.half_fov_rad
 
 
 def _light_depths(space: LightSpace, camera: Camera, y: tuple[float, float], centre: tuple[float, float]) -> tuple[float, float]:

@@ -28,7 +28,7 @@ class LightSpace:
     """Light space of one light (or one face of a point light) for one view, for points relative to the eye (world axes).
 
     `from_eye` (4, 4): rows X, Y, Z, R of the module's text. `apex_x` the x of the view axis, on which the warp is centred. `gamma_rad` γ
-    where the map looks. `travel_ws` (3,) axis of the light's travel; `upright` the angle of the camera's right in (x, z).
+    where the map looks, `ray` (3,) the light's travel there; `travel_ws` (3,) its axis. `upright` the angle of the camera's right in (x, z).
     For a finite light: `position` (3,) relative to the eye, `planes` (6, 4) inward planes of the pyramid it serves (sides, near, far),
     `slope` the tangent of the pyramid's half angle, `least` the distance of its near plane.
     """
@@ -37,6 +37,7 @@ class LightSpace:
     apex_x: float
     gamma_rad: float
     travel_ws: np.ndarray
+    ray: np.ndarray
     upright: float
     position: np.ndarray | None = None
     planes: np.ndarray | None = None
@@ -55,7 +56,7 @@ def sun_space(light: Light, camera: Camera) -> LightSpace:
     axes = _axes(towards, camera.direction_ws, camera.view_from_world)
     from_eye = np.eye(4)
     from_eye[:3, :3] = axes
-    return LightSpace(from_eye, 0.0, gamma_rad(towards, camera.direction_ws), -towards, _upright(axes, camera))
+    return LightSpace(from_eye, 0.0, gamma_rad(towards, camera.direction_ws), -towards, -towards, _upright(axes, camera))
 
 
 def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, reach: float, camera: Camera,
@@ -86,16 +87,19 @@ def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, 
     from_eye[1, 3] = 1.0
     apex_x = float(axes[0] @ q) / depth
     planes = np.concatenate([planes, caps])
-    return LightSpace(from_eye, apex_x, gamma_rad(ray, view), travel, _upright(axes, camera), position, planes, slope, least)
+    return LightSpace(from_eye, apex_x, gamma_rad(ray, view), travel, ray, _upright(axes, camera), position, planes, slope, least)
+
+
+def round_core(gamma_lim: float) -> float:
+    """The angle round the view axis in which the map is the circle's square and uniform."""
+    return ROUND_CORE * min(max(gamma_lim, ROUND_LEAST), ROUND_BELOW)
 
 
 def roundness(gamma: float, gamma_lim: float) -> float:
-    """How far the map's rectangle has become the circle's square: 0 from γ_lim (at most 15°) on, 1 in the core round the view axis.
-
-    The warp's strength ln(f'/n') is multiplied by one minus this, so the core is uniform too.
-    """
-    start = min(max(gamma_lim, ROUND_LEAST), ROUND_BELOW)
-    return float(np.clip((start - gamma) / ((1.0 - ROUND_CORE) * start), 0.0, 1.0))
+    """How far the map's rectangle has become the circle's square: 0 from γ_lim (at most 15°) on, 1 in the core round the view axis."""
+    core = round_core(gamma_lim)
+    start = core / ROUND_CORE
+    return float(np.clip((start - gamma) / (start - core), 0.0, 1.0))
 
 
 def _axes(towards: np.ndarray, view: np.ndarray, view_from_world: np.ndarray) -> np.ndarray:

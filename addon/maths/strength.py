@@ -1,0 +1,55 @@
+"""The strength ln(f'/n') that a fitted map really gets: the method's own, made true to a rectangular frustum and held steady in time.
+
+The texts choose n' in the plane of light and view, for a frustum of half angle φ there. A light from the side sees the picture's width,
+not its height: where near and far plane overlap for that larger angle, the strength is that of a frustum as wide (T4 (40), (42)).
+
+A camera moves. Along the view axis the warp has no direction, so there it must be gone (`light_space.roundness`), and on the way there
+the size of a texel, which follows f'/n', must not jump from one frame to the next (issue 3: 25 % at 1° a frame). So the strength is the
+largest function of γ below the method's own that nowhere grows faster than `RATE`. T4 (42) itself grows slower than that from γ_lim up
+unless the view is narrow and f/n large (φ = 15°, f/n = 100 just meets it); PSM and the log warps at large f/n fade some degrees earlier.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import degrees, log1p
+
+from .choices import WarpChoice
+from .warps import warp_depth, warp_parameter
+
+STRONGEST = 1e4   # largest f'/n': beyond it float32 cannot place a texel
+RATE = 0.2        # per degree of γ
+STEPS = 24        # places between the axis and γ at which the method is asked
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """What one map's warp is made for: view depths near and far, φ, the half angle in the plane of light and view (`side`, ≥ 0), and the
+    ratio `stretch` of P's real depth to the text's (36)."""
+
+    near: float
+    far: float
+    half_fov_rad: float
+    side_rad: float
+    stretch: float = 1.0
+
+
+def method_strength(choice: WarpChoice, extent: Range, gamma_rad: float) -> float:
+    """ln(f'/n') of the method at γ (T4 (36)), never stronger than for a frustum whose half angle is `side_rad`; 0 for a uniform map."""
+    near, far = extent.near, extent.far
+    depth = extent.stretch * warp_depth(near, far, extent.half_fov_rad, gamma_rad)
+    own = log1p(depth / warp_parameter(choice, near, far, extent.half_fov_rad, gamma_rad))
+    wide = log1p(warp_depth(near, far, extent.side_rad, gamma_rad) / warp_parameter(choice, near, far, extent.side_rad, gamma_rad))
+    return min(own, wide, log1p(STRONGEST))
+
+
+def steady_strength(choice: WarpChoice, extent: Range, gamma_rad: float, core_rad: float) -> float:
+    """min over g ≤ γ of `method_strength`(g) + RATE (γ − g), and of RATE (γ − core); ≥ 0, 0 inside the core."""
+    best = min(method_strength(choice, extent, gamma_rad), max(0.0, RATE * degrees(gamma_rad - core_rad)))
+    for step in range(STEPS - 1, 0, -1):
+        g = gamma_rad * step / STEPS
+        rise = RATE * degrees(gamma_rad - g)
+        if rise >= best:
+            break
+        best = min(best, method_strength(choice, extent, g) + rise)
+    return best
