@@ -15,9 +15,10 @@ from math import cos, pi
 import numpy as np
 
 DEFAULT_CREASE_RAD = pi / 6
-PAIRS_AT_ONCE = 1 << 20
+PAIRS_AT_ONCE = 1 << 17
 MAX_VALENCE = 512
 FLATNESS = 1e-9
+HASH_FACTORS = (0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5)
 Columns = list[np.ndarray]
 
 
@@ -45,19 +46,15 @@ class Defects:
 
 @dataclass(frozen=True, eq=False)
 class Shaded:
-    """Vertices ready for the GPU: `positions` (V, 3), `normals` (V, 3) unit, float32; `triangles` (T, 3) int32 in the order given."""
+    """Vertices ready for the GPU: `positions` (V, 3), `normals` (V, 3) unit, float32; `triangles` (T, 3) int32 in the order given.
+
+    `source` (V,) tells the vertex each one came from; every vertex is used.
+    """
 
     positions: np.ndarray
     normals: np.ndarray
     triangles: np.ndarray
-
-    def part(self, chosen: np.ndarray) -> Shaded:
-        """The triangles of a (T,) bool mask with the vertices they use."""
-        triangles = self.triangles[chosen]
-        used = np.zeros(len(self.positions), dtype=bool)
-        used[triangles.ravel()] = True
-        number = np.cumsum(used, dtype=np.int32) - 1
-        return Shaded(self.positions[used], self.normals[used], number[triangles])
+    source: np.ndarray
 
 
 @np.errstate(under="ignore")
@@ -113,60 +110,70 @@ class _Geometry:
         return out
 
 
-def weld(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Claim: `number` (V,) int32, equal exactly where positions are equal (−0.0 = 0.0), 0…W−1; `first` (W,) a vertex at each point.
+def weld(positions: np.ndarray, group: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Claim: `number` (V,) int32, equal exactly where positions (and groups) are equal (−0.0 = 0.0), 0…W−1; `first` (W,) a vertex of each.
 
-    `positions` (V, 3) float32, finite. Sorts one 64-bit hash per point and verifies it, so the answer is exact.
+    `positions` (V, 3) float32, finite; `group` (V,) int32 keeps meshes apart that are worked on together.
+    Sorts one 64-bit hash per point and verifies it, so the answer is exact.
     """
     bits = np.ascontiguousarray(positions + np.float32(0.0), dtype=np.float32).view(np.uint32)
+    columns = [np.ascontiguousarray(bits[:, k]) for k in range(3)] + ([] if group is None else [group.astype(np.uint32)])
     key = np.zeros(len(bits), dtype=np.uint64)
-    for k, odd in enumerate((0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9)):
-        key ^= bits[:, k].astype(np.uint64) * np.uint64(odd)
+    for column, odd in zip(columns, HASH_FACTORS, strict=False):
+        key ^= column.astype(np.uint64) * np.uint64(odd)
         key ^= key >> np.uint64(31)
     order = np.argsort(key)
-    new = _differs(bits[order])
+    new = _any_differs([column[order] for column in columns])
     if not np.array_equal(new, _differs(key[order])):  # two points with one hash
-        order = np.lexsort(bits.T)
-        new = _differs(bits[order])
+        order = np.lexsort(columns)
+        new = _any_differs([column[order] for column in columns])
     number = np.empty(len(bits), dtype=np.int32)
     number[order] = np.cumsum(new, dtype=np.int32) - 1
     return number, order[new]
 
 
-def _differs(rows: np.ndarray) -> np.ndarray:
-    """(N,) bool: whether a row differs from the one before it; the first does."""
-    out = np.ones(len(rows), dtype=bool)
-    changed = rows[1:] != rows[:-1]
-    out[1:] = changed if rows.ndim == 1 else changed.any(axis=1)
+def _differs(column: np.ndarray) -> np.ndarray:
+    """(N,) bool: whether an element differs from the one before it; the first does."""
+    out = np.ones(len(column), dtype=bool)
+    np.not_equal(column[1:], column[:-1], out=out[1:])
     return out
 
 
+def _any_differs(columns: Columns) -> np.ndarray:
+    return np.logical_or.reduce([_differs(column) for column in columns])
+
+
 @np.errstate(under="ignore")
-def shade_by_crease(positions: np.ndarray, triangles: np.ndarray, crease_angle_rad: float = DEFAULT_CREASE_RAD) -> Shaded:
+def shade_by_crease(positions: np.ndarray, triangles: np.ndarray, crease_angle_rad: float = DEFAULT_CREASE_RAD,
+                    group: np.ndarray | None = None) -> Shaded:
     """Claim: at each corner the mean, weighted by corner angle, of the normals of all faces that meet at this point and differ from
     this corner's face by at most `crease_angle_rad`; vertices are split where that gives different normals, welded where it does not.
 
-    Domain: triangles with an area, 0 ≤ angle ≤ π. Weighting by angle makes the result independent of how flat regions are cut up
-    (Thürmer and Wüthrich 1998). Shortcut without loss: where all faces lie within half the angle of their mean, every two of them lie
-    within the angle. Where more than `MAX_VALENCE` faces meet at a point that is not smooth, faces keep their own normal.
+    Domain: triangles with an area, 0 ≤ angle ≤ π; `group` (V,) int32 keeps meshes apart that are shaded together.
+    Weighting by angle makes the result independent of how flat regions are cut up (Thürmer and Wüthrich 1998). Shortcut without loss:
+    where all faces lie within half the angle of their mean, every two of them lie within the angle. Where more than `MAX_VALENCE` faces
+    meet at a point that is not smooth (the tip of a fine cone), they keep their own normals.
     """
-    points, first = weld(np.asarray(positions, dtype=np.float32))
-    corners = points[triangles]
+    points, first = weld(np.asarray(positions, dtype=np.float32), group)
+    corners = np.take(points, triangles)
     geometry = _Geometry(positions, triangles)
     normals, weights = geometry.normals(), geometry.angles()
     mean = _point_means(normals, weights, corners, len(first))
-    limit = cos(min(crease_angle_rad, pi) / 2)
-    rough = np.zeros(len(first), dtype=bool)
-    for k in range(3):
-        index = np.ascontiguousarray(corners[:, k])
-        rough[index[_dot([m[index] for m in mean], normals) < limit]] = True
-    smooth_normals = np.stack(mean, axis=1)
-    if not rough.any():
-        return Shaded(positions[first], smooth_normals, corners)
-    hard = np.flatnonzero(rough[corners].ravel())
-    point = corners.ravel()[hard]
-    hard_normals = _crease_means(np.stack(normals, axis=1)[hard // 3], weights.ravel()[hard], point, cos(min(crease_angle_rad, pi)))
-    return _joined(positions[first], smooth_normals, corners, rough, hard, point, hard_normals)
+    rough = _rough_points(mean, normals, corners, cos(min(crease_angle_rad, pi) / 2))
+    used = np.zeros(len(first), dtype=bool)
+    used[corners.ravel()] = True
+    easy = used & ~rough
+    number = np.cumsum(easy, dtype=np.int32) - 1
+    new_triangles = np.take(number, corners).ravel()
+    source, new_normals = first[easy], np.stack([m[easy] for m in mean], axis=1)
+    if rough.any():
+        corner, normal = _crease_corners(normals, weights, corners, rough, cos(min(crease_angle_rad, pi)))
+        point = corners.ravel()[corner]
+        chosen, new_of_corner = split_vertices(point, normal)
+        new_triangles[corner] = new_of_corner + len(source)
+        source = np.concatenate([source, first[point[chosen]]])
+        new_normals = np.concatenate([new_normals, np.stack([n[chosen] for n in normal], axis=1)])
+    return Shaded(np.take(positions, source, axis=0), new_normals, new_triangles.reshape(-1, 3), source)
 
 
 def _point_means(normals: Columns, weights: np.ndarray, corners: np.ndarray, count: int) -> Columns:
@@ -178,71 +185,72 @@ def _point_means(normals: Columns, weights: np.ndarray, corners: np.ndarray, cou
     return [(s * scale).astype(np.float32) for s in sums]
 
 
-def _joined(points: np.ndarray, smooth: np.ndarray, corners: np.ndarray, rough: np.ndarray, hard: np.ndarray, point: np.ndarray,
-            hard_normals: np.ndarray) -> Shaded:
-    """Smooth points as one vertex each, then the split vertices of the rough ones."""
-    source, new_of_corner = split_vertices(point, hard_normals)
-    kept = ~rough
-    number = np.cumsum(kept, dtype=np.int32) - 1
-    triangles = number[corners].ravel()
-    triangles[hard] = new_of_corner + np.count_nonzero(kept)
-    return Shaded(np.concatenate([points[kept], points[point[source]]]), np.concatenate([smooth[kept], hard_normals[source]]),
-                  triangles.reshape(-1, 3))
+def _rough_points(mean: Columns, normals: Columns, corners: np.ndarray, limit: float) -> np.ndarray:
+    """(W,) bool: some face at the point leans from the point's mean normal by more than arccos(limit)."""
+    rough = np.zeros(len(mean[0]), dtype=bool)
+    for k in range(3):
+        index = np.ascontiguousarray(corners[:, k])
+        rough[index[_dot([m[index] for m in mean], normals) < limit]] = True
+    return rough
 
 
-def _crease_means(own: np.ndarray, weights: np.ndarray, point: np.ndarray, min_cos: float) -> np.ndarray:
-    """(N, 3) crease normal of N corners with face normal `own`, by comparing every two corners of a point; in chunks of bounded memory."""
-    order = np.argsort(point, kind="stable")
-    own, weighted = own[order], (own * weights[:, None])[order]
-    new = _differs(point[order])
+def _crease_corners(normals: Columns, weights: np.ndarray, corners: np.ndarray, rough: np.ndarray, min_cos: float) -> tuple[np.ndarray, Columns]:
+    """The corners at rough points, sorted by point, and the crease normal of each, found by comparing every two corners of a point."""
+    flat = corners.ravel()
+    corner = np.flatnonzero(rough[flat])
+    corner = corner[np.argsort(flat[corner], kind="stable")]
+    face = corner // 3
+    own = [n[face] for n in normals]
+    weight = weights.ravel()[corner]
+    weighted = [n * weight for n in own]
+    new = _differs(flat[corner])
     start = np.flatnonzero(new)
-    group = np.cumsum(new) - 1
-    size = np.diff(np.append(start, len(order)))[group]
-    start = start[group]
+    size = np.diff(np.append(start, len(corner)))
+    size, start = np.repeat(size, size), np.repeat(start, size)
     alone = size > MAX_VALENCE
     size[alone], start[alone] = 1, np.flatnonzero(alone)
+    result = [np.empty_like(n) for n in own]
     ends = np.cumsum(size)
-    result = np.empty_like(own)
     first = 0
-    while first < len(order):
+    while first < len(corner):
         done = ends[first - 1] if first else 0
         last = max(first + 1, int(np.searchsorted(ends, done + PAIRS_AT_ONCE, side="right")))
-        result[first:last] = _chunk_means(own, weighted, start[first:last], size[first:last], first, min_cos)
+        for out, values in zip(result, _chunk_means(own, weighted, start[first:last], size[first:last], first, min_cos), strict=True):
+            out[first:last] = values
         first = last
-    unsorted = np.empty_like(result)
-    unsorted[order] = result
-    return unsorted
+    return corner, result
 
 
-def _chunk_means(own: np.ndarray, weighted: np.ndarray, start: np.ndarray, size: np.ndarray, first: int, min_cos: float) -> np.ndarray:
-    me = np.repeat(np.arange(len(size)), size)
+def _chunk_means(own: Columns, weighted: Columns, start: np.ndarray, size: np.ndarray, first: int, min_cos: float) -> Columns:
+    """Normalised sums over the near ones among the corners start…start+size of each corner first, first + 1, …"""
     begin = np.cumsum(size) - size
-    other = np.arange(len(me)) + (start - begin)[me]
-    columns = [(own[first:first + len(size), k][me], own[:, k][other]) for k in range(3)]
-    near = columns[0][0] * columns[0][1] + columns[1][0] * columns[1][1] + columns[2][0] * columns[2][1] >= min_cos - 1e-6
-    total = [np.add.reduceat(weighted[:, k][other] * near, begin) for k in range(3)]
-    return np.stack(total, axis=1) / np.sqrt(_dot(total, total))[:, None]
+    other = np.arange(int(size.sum())) + np.repeat(start - begin, size)
+    near = _dot([np.repeat(n[first:first + len(size)], size) for n in own], [n[other] for n in own]) >= min_cos - 1e-6
+    total = [np.add.reduceat(w[other] * near, begin) for w in weighted]
+    length = np.sqrt(_dot(total, total))
+    return [t / length for t in total]
 
 
 def shade_by_corners(positions: np.ndarray, triangles: np.ndarray, corner_normals: np.ndarray) -> Shaded:
     """Claim: vertices split just where the given (T, 3, 3) unit normals of their corners differ."""
-    normals = corner_normals.reshape(-1, 3)
+    normals = [np.ascontiguousarray(corner_normals[:, :, k]).ravel() for k in range(3)]
     vertex = triangles.ravel()
-    source, new_of_corner = split_vertices(vertex, normals)
-    return Shaded(positions[vertex[source]], normals[source], new_of_corner.reshape(-1, 3))
+    chosen, new_of_corner = split_vertices(vertex, normals)
+    source = vertex[chosen]
+    return Shaded(np.take(positions, source, axis=0), np.stack([n[chosen] for n in normals], axis=1), new_of_corner.reshape(-1, 3), source)
 
 
-def split_vertices(vertex: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Claim: `source` (U,) a corner for each new vertex and `new_of_corner` (C,) int32; corners share a new vertex only if their
-    `vertex` (C,) is the same and their `normals` (C, 3) agree to 1/2¹⁵, the step of a 16-bit normal.
+def split_vertices(vertex: np.ndarray, normals: Columns) -> tuple[np.ndarray, np.ndarray]:
+    """Claim: `chosen` (U,) a corner for each new vertex and `new_of_corner` (C,) int32; corners share a new vertex only if their
+    `vertex` (C,) is the same and their `normals` (three columns (C,)) agree to 1/2¹⁵, the step of a 16-bit normal.
 
     Exact but for a collision of 64-bit hashes (in which case corners are split once more, never joined wrongly).
     """
-    steps = np.rint(normals * np.float32(32767.0)).astype(np.int64)
-    key = ((steps[:, 0] + 32768) << 34) | ((steps[:, 1] + 32768) << 17) | (steps[:, 2] + 32768)
-    mixed = (key.astype(np.uint64) * np.uint64(0x9E3779B97F4A7C15)) ^ (vertex.astype(np.uint64) * np.uint64(0xC2B2AE3D27D4EB4F))
-    order = np.argsort(mixed)
-    new = _differs(key[order]) | _differs(vertex[order])
+    key = np.zeros(len(vertex), dtype=np.uint64)
+    for column in normals:
+        key = (key << np.uint64(17)) | np.rint(column * np.float32(32767.0) + np.float32(32768.0)).astype(np.uint64)
+    order = np.argsort((key * np.uint64(HASH_FACTORS[0])) ^ (vertex.astype(np.uint64) * np.uint64(HASH_FACTORS[1])))
+    new = _any_differs([key[order], vertex[order]])
     new_of_corner = np.empty(len(order), dtype=np.int32)
     new_of_corner[order] = np.cumsum(new, dtype=np.int32) - 1
     return order[new], new_of_corner

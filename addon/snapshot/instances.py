@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 
 import bpy
@@ -11,7 +11,6 @@ import numpy as np
 from ..maths.view import Light
 from .lights import light_from_object
 from .materials import DEFAULT_COLOR, Color, base_color
-from .meshes import Prepared
 
 IGNORED, LIGHT, CAMERA = -1, -2, -3
 FLAT = 1e-12
@@ -19,10 +18,14 @@ FLAT = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """What all instances of one object with one mesh share: its drawable meshes, and a colour for each of them."""
+    """What all instances of one mesh with the same materials share: the key of its content, and a colour for each material slot."""
 
-    prepared: Prepared
+    content: Hashable
     colors: tuple[Color, ...]
+
+    def color(self, slot: int) -> Color:
+        """Slots beyond the last material show the last one, as in Blender."""
+        return self.colors[min(slot, len(self.colors) - 1)]
 
 
 @dataclass(eq=False)
@@ -37,54 +40,62 @@ class Rows:
     cameras: list[bpy.types.Object] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
+    def keep(self, usable: np.ndarray) -> list[str]:
+        """Drop the rows where `usable` is False; their names."""
+        dropped = [self.names[i] for i in np.flatnonzero(~usable)]
+        if dropped:
+            self.matrices = self.matrices[usable]
+            self.kind = [k for k, good in zip(self.kind, usable, strict=True) if good]
+            self.names = [n for n, good in zip(self.names, usable, strict=True) if good]
+        return dropped
+
 
 class InstanceLoop:
-    """Walks `depsgraph.object_instances` once. `prepare` turns an evaluated mesh into its drawable meshes (cached by the caller).
+    """Walks `depsgraph.object_instances` once. `content_of` gives the key of an evaluated object's mesh, None when it has no face.
 
     Objects other than meshes need no care: the depsgraph yields the mesh of a curve, text, metaball or surface as an instance of its own.
     """
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, prepare: Callable[[bpy.types.Object], Prepared | None],
+    def __init__(self, depsgraph: bpy.types.Depsgraph, content_of: Callable[[bpy.types.Object], Hashable | None],
                  use_object_color: bool = False, space: bpy.types.SpaceView3D | None = None) -> None:
-        self.depsgraph, self.prepare, self.use_object_color, self.space = depsgraph, prepare, use_object_color, space
+        self.depsgraph, self.content_of, self.use_object_color, self.space = depsgraph, content_of, use_object_color, space
         self.rows = Rows()
         self._colors: dict[int, Color] = {}
+        self._variants: dict[tuple[int, tuple[Color, ...]], int] = {}
 
     def run(self) -> Rows:
-        """The rows; matrices that are not finite or squash an object flat are left out with a warning."""
+        """The rows; those whose matrix is not finite or squashes the object flat are left out with a warning."""
         matrices = read_matrices(self.depsgraph)
         index = self._walk(matrices)
         rows = self.rows
         rows.matrices = matrices[index]
-        usable = is_invertible(rows.matrices)
-        if not usable.all():
-            bad = [rows.names[i] for i in np.flatnonzero(~usable)]
-            rows.warnings.append(f"Left out, scaled to zero or placed at infinity: {listed(bad)}. Set their scale back to 1.")
-            rows.matrices = rows.matrices[usable]
-            rows.kind = [k for k, good in zip(rows.kind, usable, strict=True) if good]
-            rows.names = [n for n, good in zip(rows.names, usable, strict=True) if good]
+        dropped = rows.keep(is_invertible(rows.matrices))
+        if dropped:
+            rows.warnings.append(f"Left out, scaled to zero or placed at infinity: {listed(dropped)}. Set their scale back to 1.")
         return rows
 
     def _walk(self, matrices: np.ndarray) -> list[int]:
+        """Fill the rows; returns the number of each row's instance. Every attribute read counts here: it runs for every instance."""
         shown = read_shown(self.depsgraph, len(matrices)).tolist()
-        table: dict[tuple[int, str], int] = {}
+        kind_of_data: dict[int, int] = {}
         kind_of, names, index = self.rows.kind, self.rows.names, []
+        varies = self.use_object_color or self.space is not None
         for i, instance in enumerate(self.depsgraph.object_instances):
-            if not shown[i]:
-                continue
             ob = instance.object
             data = ob.data
-            if data is None:
+            if data is None or not shown[i]:
                 continue
-            name = ob.name_full
-            key = (data.as_pointer(), name)
-            kind = table.get(key)
+            pointer = data.as_pointer()
+            kind = kind_of_data.get(pointer)
             if kind is None:
-                kind = table[key] = self._visit(ob, data)
+                kind = kind_of_data[pointer] = self._visit(ob, data)
             if kind >= 0:
-                kind_of.append(kind)
-                names.append(name)
-                index.append(i)
+                if varies or ob.material_slots:
+                    kind = self._variant(ob, kind)
+                if kind >= 0:
+                    kind_of.append(kind)
+                    names.append(ob.name)
+                    index.append(i)
             elif kind == LIGHT:
                 self._add_light(ob, matrices[i])
             elif kind == CAMERA and not instance.is_instance:
@@ -92,29 +103,33 @@ class InstanceLoop:
         return index
 
     def _visit(self, ob: bpy.types.Object, data: bpy.types.ID) -> int:
-        """What the first instance of its kind is: an index into `kinds`, or one of the negative marks."""
+        """What the first instance of a datablock is: an index into `kinds`, or one of the negative marks."""
         if ob.type != "MESH":
             return {"LIGHT": LIGHT, "CAMERA": CAMERA}.get(ob.type, IGNORED)
-        if self.space is not None and not ob.original.visible_in_viewport_get(self.space):
+        content = self.content_of(ob)
+        if content is None:
             return IGNORED
-        prepared = self.prepare(ob)
-        if prepared is None or not prepared.meshes:
-            return IGNORED
-        self.rows.kinds.append(Kind(prepared, self._slot_colors(ob, data, prepared.slots)))
+        self.rows.kinds.append(Kind(content, tuple(self._color(m) for m in data.materials) or (DEFAULT_COLOR,)))
         return len(self.rows.kinds) - 1
 
-    def _slot_colors(self, ob: bpy.types.Object, data: bpy.types.Mesh, slots: tuple[int, ...]) -> tuple[Color, ...]:
+    def _variant(self, ob: bpy.types.Object, kind: int) -> int:
+        """The kind of an object that overrides what its mesh says: its own colour, materials linked to it, hidden in this viewport."""
+        if self.space is not None and not ob.original.visible_in_viewport_get(self.space):
+            return IGNORED
+        colors = base = self.rows.kinds[kind].colors
         if self.use_object_color:
-            return (tuple(ob.color),) * len(slots)
-        count = max(len(data.materials), 1)
-        return tuple(self._color(self._material(ob, data, min(slot, count - 1))) for slot in slots)
-
-    @staticmethod
-    def _material(ob: bpy.types.Object, data: bpy.types.Mesh, slot: int) -> bpy.types.Material | None:
-        """The object's own material where its slot is linked to the object, else the mesh's."""
-        if slot < len(ob.material_slots) and ob.material_slots[slot].link == "OBJECT":
-            return ob.material_slots[slot].material
-        return data.materials[slot] if slot < len(data.materials) else None
+            colors = (tuple(ob.color),)
+        else:
+            for i, slot in enumerate(ob.material_slots):
+                if slot.link == "OBJECT":
+                    padded = colors + (DEFAULT_COLOR,) * (i + 1 - len(colors))
+                    colors = (*padded[:i], self._color(slot.material), *padded[i + 1:])
+        if colors == base:
+            return kind
+        if (kind, colors) not in self._variants:
+            self._variants[kind, colors] = len(self.rows.kinds)
+            self.rows.kinds.append(Kind(self.rows.kinds[kind].content, colors))
+        return self._variants[kind, colors]
 
     def _color(self, material: bpy.types.Material | None) -> Color:
         if material is None:

@@ -18,10 +18,11 @@ import numpy as np
 from ..errors import SceneError
 from ..maths.view import Camera, Light
 from ..pipeline.mesh_prep import DEFAULT_CREASE_RAD, Defects
+from ..pipeline.mesh_pieces import Prepared, RawMesh, prepare_all
 from ..pipeline.scene import Instances, Mesh, Scene
 from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
-from .meshes import Prepared, prepare, read_mesh
+from .meshes import read_mesh
 
 ContentKey = tuple[bytes, float]
 
@@ -50,9 +51,11 @@ class SceneReader:
         instances; `Scene.bounds_ws` says so. What could not be drawn is named in `warnings`.
         """
         session = _Session(self, crease_angle_rad)
-        rows = InstanceLoop(depsgraph, session.prepare, use_object_color, space).run()
+        rows = InstanceLoop(depsgraph, session.content_of, use_object_color, space).run()
+        session.prepare_pending()
+        rows.keep(session.is_drawable(rows))
         self._content, self._known, self.counts = session.content, session.known, session.counts
-        meshes, instances = _instances(rows)
+        meshes, instances = _instances(rows, session.content)
         names, warnings = tuple(rows.names), (*rows.warnings, *session.warnings())
         scene = Scene(meshes, instances, names, np.zeros(3))
         origin = local_origin(scene.bounds_ws()) if len(instances) else np.zeros(3)
@@ -76,34 +79,24 @@ class _Session:
         self.content: dict[ContentKey, Prepared] = {}
         self.known: dict[tuple[int, float], ContentKey | None] = {}
         self.counts = ReadCounts()
-        self.defective: dict[str, Defects] = {}
-        self.hopeless: list[str] = []
-        self._by_pointer: dict[int, Prepared | None] = {}
+        self.pending: dict[ContentKey, RawMesh] = {}
+        self.name_of: dict[ContentKey, str] = {}
 
-    def prepare(self, ob: bpy.types.Object) -> Prepared | None:
-        """The drawable meshes of an evaluated object's mesh; None if it has no face."""
-        pointer = ob.data.as_pointer()
-        if pointer not in self._by_pointer:
-            self._by_pointer[pointer] = self._looked_up(ob.data, ob.mode == "OBJECT")
-        prepared = self._by_pointer[pointer]
-        if prepared is not None and prepared.defects:
-            self.defective[ob.name] = prepared.defects
-            if not prepared.meshes:
-                self.hopeless.append(ob.name)
-        return prepared
-
-    def _looked_up(self, mesh: bpy.types.Mesh, is_at_rest: bool) -> Prepared | None:
+    def content_of(self, ob: bpy.types.Object) -> ContentKey | None:
+        """The key of an evaluated object's mesh; None if it has no face. Called once for each mesh."""
+        mesh = ob.data
         number = (mesh.session_uid, self.crease)
         is_copy = mesh.original is None or mesh.original.as_pointer() == mesh.as_pointer()
-        if number in self.old_known and is_at_rest and is_copy:
+        if number in self.old_known and is_copy and ob.mode == "OBJECT":
             key = self.old_known[number]
         else:
             key = self._fetch(mesh)
         self.known[number] = key
-        if key is None:
-            return None
-        self.content[key] = self.content.get(key) or self.old_content[key]
-        return self.content[key]
+        if key is not None:
+            self.name_of.setdefault(key, ob.name)
+            if key in self.old_content:
+                self.content[key] = self.old_content[key]
+        return key
 
     def _fetch(self, mesh: bpy.types.Mesh) -> ContentKey | None:
         self.counts.fetched += 1
@@ -111,20 +104,32 @@ class _Session:
         if raw is None:
             return None
         key = (raw.digest(), self.crease)
-        if key not in self.content and key not in self.old_content:
-            self.counts.prepared += 1
-            self.content[key] = prepare(raw, key, self.crease)
+        if key not in self.old_content:
+            self.pending[key] = raw
         return key
+
+    def prepare_pending(self) -> None:
+        """Make all new meshes drawable, together."""
+        keys = list(self.pending)
+        self.counts.prepared = len(keys)
+        self.content.update(zip(keys, prepare_all(list(self.pending.values()), keys, self.crease), strict=True))
+
+    def is_drawable(self, rows: Rows) -> np.ndarray:
+        """(rows,) bool: something of the mesh is left to draw."""
+        of_kind = np.array([bool(self.content[k.content].meshes) for k in rows.kinds], dtype=bool)
+        return of_kind[np.array(rows.kind, dtype=np.int64)]
 
     def warnings(self) -> list[str]:
         """Defects, by name while they are few; objects with nothing left are named apart."""
         lines = []
-        if len(self.defective) <= 3:
-            lines += [defects.sentence(f"'{name}'") for name, defects in self.defective.items()]
+        defective = {self.name_of[key]: p.defects for key, p in self.content.items() if p.defects}
+        if len(defective) <= 3:
+            lines += [defects.sentence(f"'{name}'") for name, defects in defective.items()]
         else:
-            lines.append(sum(self.defective.values(), Defects()).sentence(f"{len(self.defective)} objects"))
-        if self.hopeless:
-            lines.append(f"Not drawn, no face of theirs has finite corners and an area: {listed(self.hopeless)}.")
+            lines.append(sum(defective.values(), Defects()).sentence(f"{len(defective)} objects"))
+        hopeless = [self.name_of[key] for key, p in self.content.items() if not p.meshes]
+        if hopeless:
+            lines.append(f"Not drawn, no face of theirs has finite corners and an area: {listed(hopeless)}.")
         return lines
 
 
@@ -136,21 +141,21 @@ def local_origin(bounds_ws: np.ndarray) -> np.ndarray:
     return np.round(bounds_ws.mean(axis=0) / step) * step + 0.0
 
 
-def _instances(rows: Rows) -> tuple[tuple[Mesh, ...], Instances]:
+def _instances(rows: Rows, content: dict[ContentKey, Prepared]) -> tuple[tuple[Mesh, ...], Instances]:
     """Rows times their material slots. Equal content from several datablocks becomes one mesh."""
     meshes: list[Mesh] = []
-    index_of: dict[object, int] = {}
+    first_of: dict[object, int] = {}
     slots, mesh_of, colors, counts, offsets = [], [], [], [], []
     for kind in rows.kinds:
-        counts.append(len(kind.prepared.slots))
-        offsets.append(kind.prepared.offset_os)
-        for mesh, slot, color in zip(kind.prepared.meshes, kind.prepared.slots, kind.colors, strict=True):
-            if mesh.key not in index_of:
-                index_of[mesh.key] = len(meshes)
-                meshes.append(mesh)
-            mesh_of.append(index_of[mesh.key])
-            slots.append(slot)
-            colors.append(color)
+        prepared = content[kind.content]
+        counts.append(len(prepared.slots))
+        offsets.append(prepared.offset_os)
+        first = first_of.setdefault(kind.content, len(meshes))
+        if first == len(meshes):
+            meshes.extend(prepared.meshes)
+        mesh_of.extend(range(first, first + len(prepared.slots)))
+        slots.extend(prepared.slots)
+        colors.extend(kind.color(slot) for slot in prepared.slots)
     return tuple(meshes), _expanded(rows, np.array(counts, dtype=np.int64), np.array(offsets).reshape(-1, 3),
                                     np.array(mesh_of, dtype=np.int32), np.array(slots, dtype=np.int32),
                                     np.array(colors, dtype=np.float32).reshape(-1, 4))
