@@ -200,7 +200,8 @@ def _warp_lines(near: float, far: float, half_fov_rad: float, gamma_rad: float, 
     for name, choice in named:
         (m,) = partition_maps(near, far, half_fov_rad, gamma_rad, choice, PartitionChoice("none"))
         m_x, m_z = map_maxima(m, False)
-        cells = [_number(m.parameter), _number(far_parameter(m.parameter, near, far, half_fov_rad, gamma_rad)), *(_number(v) for v in (m_x, m_z, m_x * m_z))]
+        f_prime = far_parameter(m.parameter, near, far, half_fov_rad, gamma_rad)
+        cells = [_number(value) for value in (m.parameter, f_prime, m_x, m_z, m_x * m_z)]
         lines.append(f"  {name:<24} " + " ".join(f"{cell:>11}" for cell in cells))
     if pseudo_near is not None and near < pseudo_near < far:
         optimum = _number(pseudo_near_parameter(near, far, pseudo_near))
