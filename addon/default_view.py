@@ -1,0 +1,130 @@
+"""The camera and the sun of a scene that has none: CAD files seldom do. numpy only.
+
+A standard view looks at the bounds' centre from a fixed direction and stands just so far away that all eight corners of the bounds fall
+inside the picture; two of them touch its edge (less `MARGIN`).
+"""
+
+from __future__ import annotations
+
+from math import radians, tan
+
+import numpy as np
+
+from .errors import SettingsError
+from .maths.view import Camera, Light
+
+# direction from the target to the eye, and the up vector, by view name
+VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
+    "iso": ((1.0, -1.0, 0.816496580927726), (0.0, 0.0, 1.0)),
+    "front": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)), "back": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "left": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), "right": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "top": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)), "bottom": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+}
+DEFAULT_FOV_Y_RAD = radians(40.0)
+MARGIN = 0.04
+SLACK = 0.02
+
+
+def corners(bounds_ws: np.ndarray) -> np.ndarray:
+    """(8, 3) corners of (2, 3) bounds."""
+    pick = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)])
+    return np.take_along_axis(np.asarray(bounds_ws, dtype=np.float64), pick, axis=0)
+
+
+def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray) -> np.ndarray:
+    """(4, 4) view from world; when `up` lies along the line of sight, world Y (or X) stands in for it. Raises `SettingsError` if eye = target."""
+    eye, back = np.asarray(eye_ws, dtype=np.float64), np.asarray(eye_ws, dtype=np.float64) - np.asarray(target_ws, dtype=np.float64)
+    length = float(np.linalg.norm(back))
+    if not 0.0 < length < np.inf:
+        raise SettingsError("The camera's eye and target are the same point: move one of them.")
+    back = back / length
+    for up in (np.asarray(up_ws, dtype=np.float64), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])):
+        right = np.cross(up, back)
+        size = float(np.linalg.norm(right))
+        if size > 1e-6 * max(float(np.linalg.norm(up)), 1e-12) and np.isfinite(size):
+            break
+    right = right / size
+    view = np.eye(4)
+    view[:3, :3] = np.stack([right, np.cross(back, right), back])
+    view[:3, 3] = -view[:3, :3] @ eye
+    return view
+
+
+def perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.ndarray:
+    """(4, 4) OpenGL projection; `aspect` = width / height."""
+    if not 0.0 < fov_y_rad < np.pi:
+        raise SettingsError("The vertical field of view must lie between 0° and 180°.")
+    if not 0.0 < near < far < np.inf:
+        raise SettingsError("The near distance must be positive and smaller than the far distance.")
+    f = 1.0 / tan(fov_y_rad / 2)
+    return np.array([[f / aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, (far + near) / (near - far), 2 * far * near / (near - far)], [0, 0, -1.0, 0]])
+
+
+def camera_for_view(name: str, bounds_ws: np.ndarray, fov_y_rad: float = DEFAULT_FOV_Y_RAD, size: tuple[int, int] = (1280, 720)) -> Camera:
+    """A camera of `VIEWS` that frames (2, 3) bounds in a picture of `size` (width, height), near and far tight around them.
+
+    Claim: along the fixed direction the eye stands at the smallest distance from which, having been shifted sideways to centre them,
+    all corners lie within 1 − `MARGIN` of the picture's half width and height.
+    """
+    if name not in VIEWS:
+        raise SettingsError(f"There is no view '{name}': choose one of {', '.join(VIEWS)}.")
+    direction, up = (np.array(v) for v in VIEWS[name])
+    points = corners(bounds_ws)
+    centre = points.mean(axis=0)
+    rotation = look_at(centre + direction, centre, up)[:3, :3]
+    p = (points - centre) @ rotation.T
+    aspect = size[0] / size[1]
+    slopes = (1.0 - MARGIN) * tan(fov_y_rad / 2) * np.array([aspect, 1.0])
+    eye_x, eye_y, distance = _closest_eye(p, slopes)
+    diagonal = max(float(np.linalg.norm(points[7] - points[0])), 1e-6)
+    distance = max(distance, float(p[:, 2].max()) + 0.01 * diagonal)
+    eye = centre + rotation.T @ np.array([eye_x, eye_y, distance])
+    view = np.eye(4)
+    view[:3, :3], view[:3, 3] = rotation, -rotation @ eye
+    near, far = depth_range(view, bounds_ws)
+    return Camera(view, perspective(fov_y_rad, aspect, near, far), near, far, name)
+
+
+def _closest_eye(points_vs: np.ndarray, slopes: np.ndarray) -> tuple[float, float, float]:
+    """Eye (x, y, z) with the smallest z such that |p_x − x| ≤ s_x (z − p_z), and the same in y, for every point.
+
+    Each axis is a wedge: x + s z ≥ max(p_x + s p_z) and −x + s z ≥ max(−p_x + s p_z); the larger of the two heights serves both.
+    """
+    right = (points_vs[:, :2] + slopes * points_vs[:, 2:]).max(axis=0)
+    left = (-points_vs[:, :2] + slopes * points_vs[:, 2:]).max(axis=0)
+    distance = float(((right + left) / (2 * slopes)).max())
+    x, y = (right - left) / 2
+    return float(x), float(y), distance
+
+
+def depth_range(view_from_world: np.ndarray, bounds_ws: np.ndarray) -> tuple[float, float]:
+    """Near and far view depth just around the bounds (`SLACK` more on either side). With the eye inside, near is 1/2000 of far."""
+    depth = -(corners(bounds_ws) @ view_from_world[2, :3] + view_from_world[2, 3])
+    low, high = float(depth.min()), float(depth.max())
+    slack = SLACK * max(high - low, 1e-6)
+    far = max(high + slack, 1e-6)
+    return max(low - slack, far / 2000.0), far
+
+
+def camera_from_eye(eye: np.ndarray, target: np.ndarray, up: np.ndarray, fov_y_rad: float, near: float | None, far: float | None,
+                    size: tuple[int, int], bounds_ws: np.ndarray) -> Camera:
+    """A camera given by eye, target and up (all relative to the scene's origin, like `bounds_ws`); near and far from the bounds where None."""
+    view = look_at(eye, target, up)
+    own_near, own_far = depth_range(view, bounds_ws)
+    far = own_far if far is None else far
+    near = min(own_near, far / 2.0) if near is None else near
+    return Camera(view, perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
+
+
+def default_sun(camera: Camera) -> Light:
+    """A sun from the upper left of the view and somewhat behind the eye, never below 25° above the horizon, so that shadows fall to the
+    lower right as on a drawing and onto the ground."""
+    towards = camera.world_from_view[:3, :3] @ np.array([-0.62, 0.62, 0.48])
+    towards /= np.linalg.norm(towards)
+    lowest = np.sin(radians(25.0))
+    if towards[2] < lowest:
+        flat = np.array([towards[0], towards[1], 0.0])
+        length = float(np.linalg.norm(flat))
+        flat = flat / length if length > 1e-6 else np.array([-1.0, 0.0, 0.0])
+        towards = flat * np.cos(radians(25.0)) + np.array([0.0, 0.0, lowest])
+    return Light("sun", towards / np.linalg.norm(towards), name="default sun")
