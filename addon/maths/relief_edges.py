@@ -1,0 +1,198 @@
+"""What the error predictors need of a relief texture, gathered once at its capture: depth edges, critical points, directional sums.
+
+After this no predictor reads the texture again. A *pair* is two neighbouring texels, kept as a row `(u, v, n_u, n_v, near, far)`: their
+midpoint, the unit step from the background texel to the foreground texel, and the reliefs δ of foreground and background
+(`relief.py` says what δ is). Where the object ends, the background's relief is that of the object's own back: the side wall that a
+moving eye uncovers. An *edge* is a pair across a depth step with a seventh number, the rest: the texels its two ends lie apart already.
+It is 0, except for the walls that the back layer shows from within: there it is the length of the piece, and the wall comes into view
+once its far end overtakes its near end. Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own
+(research/impostors.md §6).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import SceneError
+from .choices import require
+from .relief import CaptureFrame, relief_from_depth
+
+STEEPEST = 8.0
+"""Texels of depth per texel up to which a run of steps is taken for a surface seen at a grazing angle (83°)."""
+NO_PAIR = np.zeros(6)
+"""Where there is no pair: without a direction it predicts nothing from any eye."""
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeChoice:
+    """`regions` (columns, rows) of RI §5.6; a step is a depth edge when it exceeds its neighbours' slopes by `edge_texels` texels of depth;
+    `bins` strips per axis of the directional sums."""
+
+    regions: tuple[int, int] = (4, 4)
+    edge_texels: float = 1.5
+    bins: int = 8
+
+    def __post_init__(self) -> None:
+        require(all(1 <= n <= 64 for n in self.regions), "The regions of an impostor must be 1 to 64 in each direction.")
+        require(0.0 < self.edge_texels < 1e6, "The depth edge threshold must be positive.")
+        require(1 <= self.bins <= 256, "The directional sums take 1 to 256 strips.")
+
+
+@dataclass(frozen=True, eq=False)
+class ReliefEdges:
+    """One texture's precomputation.
+
+    `edges` (E, 7) pairs across depth edges, with their rest. `written` (R, 6) the critical pair of each region as RI takes it (both texels
+    on the object), `corrected` (R, 6) the same with the object's outline included; regions without one hold `NO_PAIR`. `whole_written`,
+    `whole_corrected` (6,) the critical pair of the texture.
+    `sums` (4, bins, N), `totals` (4, bins, 4): the directional sums of the classes (u, +), (u, −), (v, +), (v, −), strip by strip: with g
+    the signed relief step along the axis, `totals` is Σ|g| and the mean u, v and relief weighted by |g|, and `sums` is
+    Σ max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief).
+    """
+
+    frame: CaptureFrame
+    edges: np.ndarray
+    written: np.ndarray
+    corrected: np.ndarray
+    whole_written: np.ndarray
+    whole_corrected: np.ndarray
+    sums: np.ndarray
+    totals: np.ndarray
+
+
+def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, back_m: np.ndarray | None = None,
+                 choice: EdgeChoice = EdgeChoice()) -> ReliefEdges:
+    """The precomputation for a texture: `depth_m` (h, w) metres behind the plane, `mask` (h, w) bool, `back_m` (h, w) the object's back.
+
+    Without `back_m` the bounds' back stands for it. Raises `SceneError` for an empty mask and for depths that are not finite.
+    """
+    mask = np.asarray(mask, bool)
+    if mask.shape != (frame.height, frame.width) or np.shape(depth_m) != mask.shape:
+        raise SceneError(f"The impostor's depth is {np.shape(depth_m)}, its frame {(frame.height, frame.width)}: capture it again.")
+    if not mask.any():
+        raise SceneError("The impostor's texture is empty: the object is hidden, fully transparent or out of view.")
+    depth = np.where(mask, depth_m, 0.0).astype(np.float64)
+    back = np.where(mask, frame.depth_m if back_m is None else np.maximum(back_m, depth), 0.0).astype(np.float64)
+    if not (np.isfinite(depth).all() and np.isfinite(back).all()):
+        raise SceneError("The impostor's depth holds values that are not finite: capture it again.")
+    pairs, step, is_edge, is_inside = (np.concatenate(parts) for parts in zip(
+        *(_axis_pairs(frame, depth, back, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True))
+    region = _regions(frame, pairs, choice.regions)
+    edges = np.column_stack([pairs[is_edge], np.zeros(is_edge.sum())])
+    if back_m is not None:
+        edges = np.concatenate([edges, _walls(frame, back, mask, pairs[~is_inside])])
+    corrected = is_edge | is_inside
+    sums, totals = _directional_sums(frame, edges, choice.bins)
+    count = choice.regions[0] * choice.regions[1]
+    return ReliefEdges(frame, edges, _largest(pairs[is_inside], step[is_inside], region[is_inside], count),
+                       _largest(pairs[corrected], step[corrected], region[corrected], count),
+                       _largest(pairs[is_inside], step[is_inside], np.zeros(is_inside.sum(), int), 1)[0],
+                       _largest(pairs[corrected], step[corrected], np.zeros(corrected.sum(), int), 1)[0], sums, totals)
+
+
+def _axis_pairs(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, axis: int,
+                edge_texels: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """(pairs, step in metres, is a depth edge, both on the object) of all neighbours along `axis` (0: u, 1: v) that touch the object."""
+    d, b, m = (x if axis == 0 else x.T for x in (depth, back, mask))
+    first, second = (d[:, :-1], b[:, :-1], m[:, :-1]), (d[:, 1:], b[:, 1:], m[:, 1:])
+    inside = first[2] & second[2]
+    outline = first[2] ^ second[2]
+    first_near = np.where(inside, first[0] <= second[0], first[2])
+    near = np.where(first_near, first[0], second[0])
+    far = np.where(inside, np.where(first_near, second[0], first[0]), np.where(first_near, first[1], second[1]))
+    step = np.where(inside | outline, far - near, 0.0)
+    threshold = edge_texels * frame.texel_m
+    is_edge = np.where(inside, step - _slope(d, m, frame.texel_m) > threshold, step > threshold) & (inside | outline)
+    rows, columns = np.nonzero(inside | outline)
+    here = (rows, columns)
+    sign = np.where(first_near[here], -1.0, 1.0)
+    along, across = columns + 1.0, rows + 0.5
+    zero = np.zeros_like(sign)
+    place = (along, across, sign, zero) if axis == 0 else (across, along, zero, sign)
+    reliefs = (relief_from_depth(frame.source, near[here]), relief_from_depth(frame.source, far[here]))
+    return np.stack([*place, *reliefs], axis=-1), step[here], is_edge[here], inside[here]
+
+
+def _slope(depth: np.ndarray, mask: np.ndarray, texel_m: float) -> np.ndarray:
+    """(h, w − 1): the part of every step along a row that a surface explains: how far its neighbours along the row step the same way.
+
+    A wall of up to `STEEPEST` texels of depth per texel needs to go on at one side (its end at a crease is no edge); what is steeper must
+    go on at both, lest the two halves of an edge that happens to pass over one texel in the middle explain each other.
+    """
+    known = mask[:, 1:] & mask[:, :-1]
+    signed = np.where(known, np.diff(depth, axis=1), 0.0)
+    padded, direction = np.pad(signed, ((0, 0), (1, 1))), np.sign(signed)
+    before, after = padded[:, :-2] * direction, padded[:, 2:] * direction
+    one_side = np.maximum(before, after)
+    return np.maximum(0.0, np.where(one_side <= STEEPEST * texel_m, one_side, np.minimum(before, after)))
+
+
+def _regions(frame: CaptureFrame, pairs: np.ndarray, regions: tuple[int, int]) -> np.ndarray:
+    """(P,) index of the region of RI §5.6 in which every pair's midpoint lies, row by row."""
+    cell = (pairs[:, :2] / [frame.width, frame.height] * regions).astype(int)
+    cell = np.minimum(cell, np.array(regions) - 1)
+    return cell[:, 1] * regions[0] + cell[:, 0]
+
+
+def _largest(pairs: np.ndarray, step: np.ndarray, region: np.ndarray, count: int) -> np.ndarray:
+    """(count, 6): the pair with the largest step in each region (the first of equals), `NO_PAIR` where there is none."""
+    out = np.tile(NO_PAIR, (count, 1))
+    order = np.argsort(-step, kind="stable")
+    found, first = np.unique(region[order], return_index=True)
+    out[found] = pairs[order[first]]
+    return out
+
+
+def _walls(frame: CaptureFrame, back: np.ndarray, mask: np.ndarray, outline: np.ndarray) -> np.ndarray:
+    """(W, 7) edges along the walls behind the outline, as the back layer shows them: pieces of 1, 2, 4… texels inwards.
+
+    A piece is kept while the back falls away at 45° or more; flatter ones stay hidden within any useful tilt.
+    """
+    inwards = outline[:, 2:4].astype(int)
+    place = np.floor(outline[:, :2] + outline[:, 2:4] / 2.0).astype(int)
+    pieces = [np.empty((0, 7))]
+    limit = np.array([frame.width, frame.height])
+    for length in (1, 2, 4, 8, 16, 32, 64):
+        following = place + inwards * length
+        inside = ((following >= 0) & (following < limit)).all(axis=1)
+        place, inwards, following = place[inside], inwards[inside], following[inside]
+        depths = back[place[:, 1], place[:, 0]], back[following[:, 1], following[:, 0]]
+        falls = mask[following[:, 1], following[:, 0]] & (depths[1] - depths[0] >= length * frame.texel_m)
+        middle = (place + following + 1.0) / 2.0
+        reliefs = [relief_from_depth(frame.source, d) for d in depths]
+        pieces.append(np.column_stack([middle, inwards, *reliefs, np.full(len(middle), float(length))])[falls])
+        place, inwards = following[falls], inwards[falls]
+    return np.concatenate(pieces)
+
+
+SHIFTS = np.linspace(0.0, 2.0, 33)
+"""Where the directional sums are tabulated: tangents of the angle by which the view ray has turned; beyond, they go on linearly."""
+
+
+def shift_unit(frame: CaptureFrame) -> float:
+    """The relief step of a depth of one texel at the plane: makes a shift (texels per unit of relief) a tangent."""
+    return frame.texel_m / abs(float(frame.source[2]))
+
+
+def _directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
+    """`sums`, `totals` of `ReliefEdges`."""
+    sums, totals = np.zeros((4, bins, len(SHIFTS))), np.zeros((4, bins, 4))
+    shifts = SHIFTS / shift_unit(frame)
+    for axis, extent in enumerate((frame.width, frame.height)):
+        weight = edges[:, 2 + axis] * (edges[:, 4] - edges[:, 5])
+        strip = np.minimum((edges[:, axis] / extent * bins).astype(int), bins - 1)
+        for side in (0, 1):
+            for cell in range(bins):
+                chosen = edges[((weight < 0.0) if side else (weight > 0.0)) & (strip == cell)]
+                if not len(chosen):
+                    continue
+                step = np.abs(chosen[:, 4] - chosen[:, 5])
+                mean = step @ np.column_stack([chosen[:, :2], chosen[:, 4:6].mean(axis=1)]) / step.sum()
+                totals[2 * axis + side, cell] = [step.sum(), *mean]
+                threshold, order = chosen[:, 6] / step, np.argsort(chosen[:, 6] / step)
+                upto = np.searchsorted(threshold[order], shifts)
+                mass, rest = (np.concatenate([[0.0], np.cumsum(x[order])])[upto] for x in (step, chosen[:, 6]))
+                sums[2 * axis + side, cell] = np.maximum(0.0, mass * shifts - rest)
+    return sums, totals

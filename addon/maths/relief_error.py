@@ -1,0 +1,205 @@
+"""How wrong a warped relief texture would look from a given eye, predicted without a pass over the texture. No GPU.
+
+Every predictor works on what `relief_edges.py` gathered at capture, for one texture or for hundreds at once:
+
+| name | what it says | source |
+|---|---|---|
+| `critical` | E_u² + E_v² of the critical pair, texels² (2 at rest) | RI 5-5…5-7 as written |
+| `critical_px` | its opening beyond rest along its own axis, pixels | corrected: vertical pairs right, folds and shear not counted |
+| `regions_sum`, `regions_max` | sum and largest of RI's E over N×M critical pairs | RI §5.6 as written |
+| `regions_sum_px`, `regions_max_px`, `regions_share` | the same of the corrected form; share of regions that open by more than a pixel | |
+| `edge_sum_px` | pixels that open behind all depth edges, `Σ max(0, (s_fg − s_bg)(p − e)·n)` in the image | research/impostors.md §6 |
+| `edge_fast_px` | the edge sum with one depth for all edges, from directional sums, O(1) per texture | the same |
+
+An eye from which the warp does not exist (behind the plane) gives infinity everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .relief import pixel_from_clip, warp_coefficients
+from .relief_edges import SHIFTS, ReliefEdges, shift_unit
+from .view import Camera
+
+PREDICTORS = ("critical", "critical_px", "regions_sum", "regions_max", "regions_sum_px", "regions_max_px", "regions_share", "edge_sum_px",
+              "edge_fast_px")
+OPENS_PX = 1.0
+"""A region counts in `regions_share` when its critical pair opens by more than this."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReliefSet:
+    """T textures' precomputations stacked for `predict`. T leads, but `written` and `corrected` are (6, T, 1 + R), the whole texture's pair
+    first; `edges` are concatenated and `edge_owner` says whose they are."""
+
+    world_from_plane: np.ndarray
+    plane_from_world: np.ndarray
+    source: np.ndarray
+    extent: np.ndarray
+    deepest: np.ndarray
+    written: np.ndarray
+    corrected: np.ndarray
+    sums: np.ndarray
+    totals: np.ndarray
+    unit: np.ndarray
+    edges: np.ndarray
+    edge_owner: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.source)
+
+
+def relief_set(members: Sequence[ReliefEdges]) -> ReliefSet:
+    """Stack precomputations that were made with the same `EdgeChoice`."""
+    frames = [m.frame for m in members]
+    counts = [len(m.edges) for m in members]
+    return ReliefSet(
+        world_from_plane=np.stack([f.world_from_plane for f in frames]), plane_from_world=np.stack([f.plane_from_world for f in frames]),
+        source=np.stack([f.source for f in frames]), extent=np.array([[f.width, f.height] for f in frames], float),
+        deepest=np.array([f.deepest_relief for f in frames]),
+        written=_columns([np.vstack([m.whole_written, m.written]) for m in members]),
+        corrected=_columns([np.vstack([m.whole_corrected, m.corrected]) for m in members]),
+        sums=np.stack([m.sums for m in members]), totals=np.stack([m.totals for m in members]),
+        unit=np.array([shift_unit(f) for f in frames]),
+        edges=np.concatenate([m.edges for m in members]), edge_owner=np.repeat(np.arange(len(members)), counts))
+
+
+def _columns(pairs: list[np.ndarray]) -> np.ndarray:
+    """(6, T, R) from T arrays of pairs (R, 6): each column lies together in memory."""
+    return np.ascontiguousarray(np.stack(pairs).transpose(2, 0, 1))
+
+
+def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: bool = True) -> dict[str, np.ndarray]:
+    """Every predictor of the table above, (T,) each, for `camera` with an image of `size` (width, height) pixels.
+
+    `exact=False` leaves out `edge_sum_px`, whose cost grows with the number of edges.
+    """
+    view = _View.of(textures, camera, size)
+    written = _written(view, textures.written)
+    opening = _opening_px(view, textures.corrected)
+    out = {
+        "critical": written[:, 0], "regions_sum": written[:, 1:].sum(axis=1), "regions_max": written[:, 1:].max(axis=1),
+        "critical_px": opening[:, 0], "regions_sum_px": opening[:, 1:].sum(axis=1), "regions_max_px": opening[:, 1:].max(axis=1),
+        "regions_share": (opening[:, 1:] > OPENS_PX).mean(axis=1), "edge_fast_px": _edge_fast_px(view, textures)}
+    if exact:
+        out["edge_sum_px"] = _edge_sum_px(view, textures)
+    return {name: np.where(view.valid, value, np.inf) for name, value in out.items()}
+
+
+def predict_one(edges: ReliefEdges, camera: Camera, size: tuple[int, int]) -> dict[str, float]:
+    """`predict` for a single texture, as plain numbers."""
+    return {name: float(value[0]) for name, value in predict(relief_set([edges]), camera, size).items()}
+
+
+def edge_openings_px(edges: ReliefEdges, camera: Camera, size: tuple[int, int]) -> np.ndarray:
+    """(E,) the pixels that open behind each edge of one texture: the terms of `edge_sum_px` (infinite where the warp does not exist)."""
+    textures = relief_set([edges])
+    view = _View.of(textures, camera, size)
+    return np.where(view.valid[0], _edge_terms(view, textures), np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class _View:
+    """The warps K (T, 3) and projections of T textures for one camera. `valid` (T,): the eye stands before the plane and all of the
+    bounds before the eye; elsewhere the numbers are placeholders."""
+
+    K: np.ndarray
+    homography: np.ndarray
+    depth_row: np.ndarray
+    valid: np.ndarray
+
+    @classmethod
+    def of(cls, textures: ReliefSet, camera: Camera, size: tuple[int, int]) -> _View:
+        """`depth_row` (T, 4): the w of a texel of relief δ is `depth_row · (u, v, 1, δ)`."""
+        eye_ws = np.append(-camera.direction_ws, 0.0) if camera.is_orthographic else np.append(camera.eye_ws, 1.0)
+        eye = textures.plane_from_world @ eye_ws
+        before = eye[:, 2] < -1e-9
+        eye = np.where(before[:, None], eye, [0.0, 0.0, -1.0, 1.0])
+        projection = (pixel_from_clip(size) @ camera.clip_from_world) @ textures.world_from_plane
+        depth_row = np.concatenate([projection[:, 2, [0, 1, 3]], (projection[:, 2] * textures.source).sum(axis=1, keepdims=True)], axis=1)
+        corner = depth_row[:, :2] * textures.extent
+        lowest = depth_row[:, 2] + np.minimum(corner, 0.0).sum(axis=1) + np.minimum(depth_row[:, 3] * textures.deepest, 0.0)
+        return cls(warp_coefficients(textures.source, eye)[1], projection[:, :, [0, 1, 3]], depth_row, before & (lowest > 0.0))
+
+    def shift(self, relief: np.ndarray) -> np.ndarray:
+        """(T, R) `δ/(1 + K₃ δ)`: times `(K₁ − u K₃)` it is the warped place minus the place."""
+        return relief / (1.0 + self.K[:, 2:] * relief)
+
+    def area_scale(self, owner: np.ndarray, uv: np.ndarray, near: np.ndarray, far: np.ndarray) -> np.ndarray:
+        """(E,) pixels per unit of `(K₁ − u K₃)(δ_fg − δ_bg)`: `det H / (W_fg W_bg W_mean)`, W the w of the texel at that relief.
+
+        The warp divides the opening by (1 + K₃δ) of both texels and the edge's length by that of their mean, and the homography magnifies
+        areas by det H / w³ at the warped place; the factors join to W = w·(1 + K₃δ), the w of the texel's own point.
+        """
+        row = self.depth_row[owner]
+        flat = (row[:, :2] * uv).sum(axis=1) + row[:, 2]
+        w_near, w_far = flat + row[:, 3] * near, flat + row[:, 3] * far
+        return np.linalg.det(self.homography)[owner] / np.where(self.valid[owner], w_near * w_far * 0.5 * (w_near + w_far), 1.0)
+
+
+def _written(view: _View, pairs: np.ndarray) -> np.ndarray:
+    """(T, R) RI 5-7 `E_u² + E_v²` of pairs (6, T, R), with the text's `u₁ − u₂ = 1` in u and in v whatever the pair's direction."""
+    u, v, n_u, n_v, near, far = pairs
+    k_1, k_2, k_3 = view.K.T[:, :, None]
+    near, far = view.shift(near), view.shift(far)
+    towards_first, apart, half = n_u + n_v, near - far, 0.5 * k_3 * (near + far)
+    error_u = 1.0 + towards_first * ((k_1 - u * k_3) * apart - n_u * half)
+    error_v = 1.0 + towards_first * ((k_2 - v * k_3) * apart - n_v * half)
+    return (error_u * error_u + error_v * error_v) * np.abs(towards_first)
+
+
+def _opening_px(view: _View, pairs: np.ndarray) -> np.ndarray:
+    """(T, R) pixels by which pairs (6, T, R) come to lie farther apart than neighbours, along their own axis: `max(0, separation − 1)`.
+
+    The gap begins one texel from the warped background texel; its image is `stretch·|H n − (h₃·n) x| / w` with x the image of its
+    beginning and w that of its end (research/impostors.md §6).
+    """
+    u, v, n_u, n_v, near, far = pairs
+    k_1, k_2, k_3 = view.K.T[:, :, None]
+    near, far = view.shift(near), view.shift(far)
+    along = n_u * (k_1 - u * k_3) + n_v * (k_2 - v * k_3)
+    stretch = np.maximum(0.0, along * (near - far) - 0.5 * k_3 * (near + far) * (n_u * n_u + n_v * n_v))
+    u_0, v_0 = u + 0.5 * n_u + far * (k_1 - (u - 0.5 * n_u) * k_3), v + 0.5 * n_v + far * (k_2 - (v - 0.5 * n_v) * k_3)
+    h = view.homography[:, :, :, None]
+    x, y, w = (h[:, i, 0] * u_0 + h[:, i, 1] * v_0 + h[:, i, 2] for i in range(3))
+    d_x, d_y, d_w = (h[:, i, 0] * n_u + h[:, i, 1] * n_v for i in range(3))
+    w = np.where(w > 0.0, w, 1.0)
+    end = w + stretch * d_w
+    return stretch * np.hypot(d_x - d_w * x / w, d_y - d_w * y / w) / np.where(end > 0.0, end, 1.0)
+
+
+def _edge_terms(view: _View, textures: ReliefSet) -> np.ndarray:
+    """(E,) pixels that open behind each edge: width `max(0, (s_fg − s_bg)(p − e)·n − rest·s_bg)` times one texel of length."""
+    edges, owner = textures.edges, textures.edge_owner
+    K = view.K[owner]
+    uv, near, far, rest = edges[:, :2], edges[:, 4], edges[:, 5], edges[:, 6]
+    along = ((K[:, :2] - uv * K[:, 2:]) * edges[:, 2:4]).sum(axis=1)
+    return np.maximum(0.0, along * (near - far) - rest * (1.0 + K[:, 2] * near)) * view.area_scale(owner, uv, near, far)
+
+
+def _edge_sum_px(view: _View, textures: ReliefSet) -> np.ndarray:
+    """(T,) sums of `_edge_terms`."""
+    return np.bincount(textures.edge_owner, _edge_terms(view, textures), minlength=len(textures))
+
+
+def _edge_fast_px(view: _View, textures: ReliefSet) -> np.ndarray:
+    """(T,) the edge sum strip by strip: all edges of a strip that face one way share their mean place and relief."""
+    count = len(textures)
+    mass, u, v, relief = textures.totals.transpose(3, 0, 1, 2)
+    K = view.K.T[:, :, None, None]
+    across = np.concatenate([K[0] - u[:, :2] * K[2], K[1] - v[:, 2:] * K[2]], axis=1)
+    across[:, 1::2] *= -1.0
+    tangent = np.maximum(0.0, across * textures.unit[:, None, None])
+    place = np.minimum(tangent, SHIFTS[-1]) / SHIFTS[1]
+    cell = np.minimum(place.astype(int), len(SHIFTS) - 2)
+    rows = np.arange(count)[:, None, None], np.arange(4)[:, None], np.arange(mass.shape[2])
+    below, above = textures.sums[*rows, cell], textures.sums[*rows, cell + 1]
+    beyond = mass * np.maximum(0.0, tangent - SHIFTS[-1]) / textures.unit[:, None, None]
+    width = below + (place - cell) * (above - below) + beyond
+    row = view.depth_row.T[:, :, None, None]
+    w = np.where(view.valid[:, None, None], row[0] * u + row[1] * v + row[2] + row[3] * relief, 1.0)
+    return (width / (w * w * w)).sum(axis=(1, 2)) * np.linalg.det(view.homography)
