@@ -12,6 +12,9 @@ import numpy as np
 
 from .errors import SettingsError
 from .maths.view import Camera, Light
+from .pipeline.scene import Scene
+
+Point = tuple[float, float, float]
 
 # direction from the target to the eye, and the up vector, by view name
 VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
@@ -60,8 +63,8 @@ def perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.
     return np.array([[f / aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, (far + near) / (near - far), 2 * far * near / (near - far)], [0, 0, -1.0, 0]])
 
 
-def camera_for_view(name: str, bounds_ws: np.ndarray, fov_y_rad: float = DEFAULT_FOV_Y_RAD, size: tuple[int, int] = (1280, 720)) -> Camera:
-    """A camera of `VIEWS` that frames (2, 3) bounds in a picture of `size` (width, height), near and far tight around them.
+def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
+    """A camera of `VIEWS` that frames the scene's bounds in a picture of `size` (width, height), near and far tight around them.
 
     Claim: along the fixed direction the eye stands at the smallest distance from which, having been shifted sideways to centre them,
     all corners lie within 1 − `MARGIN` of the picture's half width and height.
@@ -69,6 +72,7 @@ def camera_for_view(name: str, bounds_ws: np.ndarray, fov_y_rad: float = DEFAULT
     if name not in VIEWS:
         raise SettingsError(f"There is no view '{name}': choose one of {', '.join(VIEWS)}.")
     direction, up = (np.array(v) for v in VIEWS[name])
+    bounds_ws = scene.bounds_ws()
     points = corners(bounds_ws)
     centre = points.mean(axis=0)
     rotation = look_at(centre + direction, centre, up)[:3, :3]
@@ -106,13 +110,11 @@ def depth_range(view_from_world: np.ndarray, bounds_ws: np.ndarray) -> tuple[flo
     return max(low - slack, far / 2000.0), far
 
 
-def camera_from_eye(eye: np.ndarray, target: np.ndarray, up: np.ndarray, fov_y_rad: float, near: float | None, far: float | None,
-                    size: tuple[int, int], bounds_ws: np.ndarray) -> Camera:
-    """A camera given by eye, target and up (all relative to the scene's origin, like `bounds_ws`); near and far from the bounds where None."""
-    view = look_at(eye, target, up)
-    own_near, own_far = depth_range(view, bounds_ws)
-    far = own_far if far is None else far
-    near = min(own_near, far / 2.0) if near is None else near
+def camera_from_eye(scene: Scene, size: tuple[int, int], eye: Point, target: Point, up: Point = (0.0, 0.0, 1.0),
+                    fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
+    """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views."""
+    view = look_at(np.array(eye) - scene.origin_ws, np.array(target) - scene.origin_ws, np.array(up))
+    near, far = depth_range(view, scene.bounds_ws())
     return Camera(view, perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
 
 

@@ -66,14 +66,3 @@ def camera_from_region(rv3d: bpy.types.RegionView3D, space: bpy.types.SpaceView3
         clip_from_view[3] = (0.0, 0.0, 0.0, 1.0)
         near, far = (b + 1.0) / a, (b - 1.0) / a
     return Camera(view_from_world, clip_from_view, float(near), float(far), "viewport")
-
-
-def choose_camera(cameras: Sequence[Camera], name: str | None = None) -> Camera | None:
-    """The camera of that name, else the first (the scene's active one comes first), else None; raises `SceneError` for an unknown name."""
-    if name is None:
-        return cameras[0] if cameras else None
-    for camera in cameras:
-        if camera.name == name:
-            return camera
-    known = ", ".join(c.name for c in cameras) or "none"
-    raise SceneError(f"There is no camera '{name}' in the scene: choose one of: {known}.")
