@@ -67,41 +67,42 @@ def depth_breaks(points: np.ndarray, normals: np.ndarray, pixel_size: np.ndarray
     return Cracks(step((every, earlier), (every, later)), step((earlier, every), (later, every)))
 
 
-def distances(marks: np.ndarray, limit: int) -> np.ndarray:
-    """Exact Euclidean distance from every cell of a grid to the nearest marked cell, in cells; `limit` where none is nearer than that.
+def distances(marks: np.ndarray, points: np.ndarray, limit: int) -> np.ndarray:
+    """(K,) exact Euclidean distance from K cells (K, 2: row, column) of a grid to its nearest marked cell, in cells; at most `limit`.
 
-    Separable: nearest mark in the row by running extrema, then the lower envelope over rows, widened until no row can win any more.
+    Separable: nearest mark in every row by running extrema, then the smallest hypotenuse over the rows, widened until none can win.
     """
-    rows, columns = marks.shape
-    index = np.arange(columns)
+    height, width = marks.shape
+    index = np.arange(width, dtype=np.int32)
     before = np.maximum.accumulate(np.where(marks, index, -limit), axis=1)
-    after = np.minimum.accumulate(np.where(marks, index, columns - 1 + limit)[:, ::-1], axis=1)[:, ::-1]
-    in_row = np.minimum(np.minimum(index - before, after - index), limit).astype(np.int64) ** 2
-    best = in_row.copy()
-    for shift in range(1, min(limit, rows)):
-        if shift * shift >= best.max():
+    after = np.minimum.accumulate(np.where(marks, index, width - 1 + limit)[:, ::-1], axis=1)[:, ::-1]
+    in_row = np.minimum(np.minimum(index - before, after - index), limit)
+    row, column = points[:, 0], points[:, 1]
+    best = in_row[row, column].astype(np.int64) ** 2
+    for shift in range(1, min(limit, height)):
+        if not (best > shift * shift).any():
             break
-        np.minimum(best[shift:], in_row[:-shift] + shift * shift, out=best[shift:])
-        np.minimum(best[:-shift], in_row[shift:] + shift * shift, out=best[:-shift])
+        for other in (row - shift, row + shift):
+            inside = (other >= 0) & (other < height)
+            best[inside] = np.minimum(best[inside], in_row[other[inside], column[inside]].astype(np.int64) ** 2 + shift * shift)
     return np.sqrt(best.astype(np.float64))
 
 
-def distance_to_edges_px(edges: Cracks) -> np.ndarray:
-    """(h, w) distance in pixels from every pixel centre to the nearest crack that is set or to the image's border, whichever is nearer.
+def distance_to_edges_px(edges: Cracks, pixels: np.ndarray) -> np.ndarray:
+    """(K,) distance in pixels from the centres of K pixels (K, 2: row, column) to the nearest crack or the image's border, at most 64.
 
-    What lies beyond the border is not known, so the border counts as an edge. At most `LARGEST_DISTANCE_PX`.
+    What lies beyond the border is not known, so the border counts as an edge.
     """
     grid = edges.on_half_pixels()
-    inner = distances(grid, int(2 * LARGEST_DISTANCE_PX))[0::2, 0::2] / 2.0
-    height, width = inner.shape
-    from_top, from_left = np.arange(height) + 0.5, np.arange(width) + 0.5
-    vertical, horizontal = np.minimum(from_top, from_top[::-1]), np.minimum(from_left, from_left[::-1])
-    return np.minimum(inner, np.minimum(vertical[:, None], horizontal[None, :]))
+    inner = distances(grid, 2 * pixels, int(2 * LARGEST_DISTANCE_PX)) / 2.0
+    size = (np.array(grid.shape) + 1) / 2
+    border = np.minimum(pixels + 0.5, size - 0.5 - pixels).min(axis=1)
+    return np.minimum(inner, border)
 
 
-def is_uniform(edges: Cracks, texel_px: np.ndarray | float) -> np.ndarray:
-    """(h, w): no edge within two pixels or one texel's footprint, whichever is larger (a footprint above 64 pixels is never uniform)."""
-    return distance_to_edges_px(edges) > np.maximum(SMALLEST_RADIUS_PX, texel_px)
+def is_uniform(edges: Cracks, pixels: np.ndarray, texel_px: np.ndarray | float) -> np.ndarray:
+    """(K,): no edge within two pixels or one texel's footprint, whichever is larger (a footprint of 64 pixels or more is never uniform)."""
+    return distance_to_edges_px(edges, pixels) > np.maximum(SMALLEST_RADIUS_PX, texel_px)
 
 
 def edge_displacements_px(truth_edges: Cracks, preview_edges: Cracks) -> tuple[np.ndarray, np.ndarray]:
@@ -111,7 +112,7 @@ def edge_displacements_px(truth_edges: Cracks, preview_edges: Cracks) -> tuple[n
     """
     truth, preview = truth_edges.on_half_pixels(), preview_edges.on_half_pixels()
     where = np.argwhere(truth)
-    return distances(preview, int(2 * LARGEST_DISTANCE_PX))[truth] / 2.0, where // 2
+    return distances(preview, where, int(2 * LARGEST_DISTANCE_PX)) / 2.0, where // 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,14 +127,19 @@ class Classes:
     leak: np.ndarray
 
 
+def misclassified(lit: np.ndarray, shadow: np.ndarray, counted: np.ndarray) -> np.ndarray:
+    """(h, w) where `lit` (truth, bool) and `shadow` (preview, light reaching the surface 0…1, dark below ½) disagree."""
+    return counted & (lit != (shadow >= 0.5))
+
+
 def classify(lit: np.ndarray, shadow: np.ndarray, counted: np.ndarray, facing: np.ndarray, uniform: np.ndarray) -> Classes:
-    """Compare `lit` (truth, bool) with `shadow` (preview, light reaching the surface 0…1, dark below ½), both (h, w).
+    """What each pixel is; `uniform` (h, w) need be right at misclassified pixels only.
 
     Acne: dark here, lit in truth, facing the light by more than `ACNE_THRESHOLD` (cosine), truth uniform around.
     Leak: lit here, dark in truth, truth uniform around.
     """
-    lit_here = shadow >= 0.5
-    too_dark, too_light = counted & lit & ~lit_here, counted & ~lit & lit_here
+    wrong = misclassified(lit, shadow, counted)
+    too_dark, too_light = wrong & lit, wrong & ~lit
     return Classes(counted, too_dark, too_light, too_dark & uniform & (facing > ACNE_THRESHOLD), too_light & uniform)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import SceneError
 from ..maths import comparison
 from ..maths.choices import require
+from ..maths.projection import ShadowPlan
 from ..maths.view import Camera, Light
 from ..pipeline.frame import Frame
 from ..pipeline.scene import Scene
@@ -62,41 +63,49 @@ def compare(frame: Frame, truth: Truth, camera: Camera, light: Light, map_size: 
     at 96 places between the pixel centres around it: a wire thinner than a pixel may shade the place without touching any centre.
     """
     require(frame.plan is not None, "There is no shadow to compare: the view has no light.")
-    partition = frame.passes["partition"]
+    partition, shadow = frame.passes["partition"], frame.passes["shadow"]
     edges, shadow_edges = truth_edges(truth, camera)
-    texel_px = texel_extent_px(truth, camera, frame.plan, partition, map_size)
-    uniform = comparison.is_uniform(edges, texel_px)
-    classes = comparison.classify(truth.lit, frame.passes["shadow"], counted_pixels(frame, truth), truth.facing, uniform)
-    if tracer is not None:
-        uniform = uniform & ~disturbed(tracer, truth, camera, light, classes.acne | classes.leak, texel_px)
-        classes = comparison.classify(truth.lit, frame.passes["shadow"], classes.counted, truth.facing, uniform)
-    preview_edges = comparison.changes(frame.passes["shadow"] >= 0.5) & comparison.both(truth.lit_facing)
+    counted = counted_pixels(frame, truth)
+    uniform = np.zeros_like(counted)
+    wrong = np.argwhere(comparison.misclassified(truth.lit, shadow, counted))
+    uniform[tuple(wrong.T)] = uniform_around(wrong, truth, camera, light, edges, frame.plan, partition, map_size, tracer)
+    classes = comparison.classify(truth.lit, shadow, counted, truth.facing, uniform)
+    preview_edges = comparison.changes(shadow >= 0.5) & comparison.both(truth.lit_facing)
     displacement, where = comparison.edge_displacements_px(shadow_edges, preview_edges)
-    served_by = partition[where[:, 0], where[:, 1]]
+    served_by = partition[tuple(where.T)]
     metrics: dict[str, object] = comparison.statistics(classes, displacement)
     metrics["partitions"] = [{"index": i, **comparison.statistics(classes, displacement[served_by == i], partition == i)}
                              for i in range(len(frame.plan.projections))]
     return metrics, comparison.difference_image(classes, truth.lit, truth.object < 0)
 
 
-def disturbed(tracer: TruthTracer, truth: Truth, camera: Camera, light: Light, suspects: np.ndarray, texel_px: np.ndarray) -> np.ndarray:
-    """(h, w) of `suspects`: those with a shadow, another object or another side within two pixels or a texel, found between pixel centres.
+def uniform_around(wrong: np.ndarray, truth: Truth, camera: Camera, light: Light, edges: comparison.Cracks, plan: ShadowPlan,
+                   partition: np.ndarray, map_size: int, tracer: TruthTracer | None) -> np.ndarray:
+    """(K,) whether the truth is uniform around K pixels (K, 2: row, column): no edge within two pixels or a texel's footprint."""
+    height, width = truth.depth.shape
+    at = tuple(wrong.T)
+    centres = wrong[:, ::-1] + 0.5
+    texel_px = texel_extent_px(truth.at(at), centres, camera, (width, height), plan, partition[at], map_size)
+    uniform = comparison.is_uniform(edges, wrong, texel_px)
+    if tracer is not None and uniform.any():
+        radius = np.maximum(comparison.SMALLEST_RADIUS_PX, texel_px[uniform])
+        uniform[uniform] = ~disturbed(tracer, truth.at(tuple(wrong[uniform].T)), centres[uniform], radius, camera, light, (width, height))
+    return uniform
+
+
+def disturbed(tracer: TruthTracer, truth: Truth, centres: np.ndarray, radius: np.ndarray, camera: Camera, light: Light,
+              size: tuple[int, int]) -> np.ndarray:
+    """(K,) whether a shadow, another object or another side lies within `radius` pixels (K,) of K `centres`, found between pixel centres.
 
     A sunflower of points covers the disc evenly; deterministic.
     """
-    height, width = suspects.shape
-    rows, columns = np.nonzero(suspects)
-    radius = np.maximum(comparison.SMALLEST_RADIUS_PX, texel_px[rows, columns])
     k = np.arange(WITNESSES)
     turn = k * (np.pi * (3.0 - np.sqrt(5.0)))
     disc = np.stack([np.cos(turn), np.sin(turn)], axis=-1) * np.sqrt((k + 0.5) / WITNESSES)[:, None]
-    centres = np.stack([columns, rows], axis=-1) + 0.5
-    found = tracer.sample(camera, light, (width, height), (centres[:, None] + radius[:, None, None] * disc).reshape(-1, 2))
-    found = found.reshaped((len(rows), WITNESSES))
-    result = np.zeros_like(suspects)
-    result[rows, columns] = ((found.lit != truth.lit[rows, columns, None]) | (found.object != truth.object[rows, columns, None])
-                             | ~found.lit_facing).any(axis=1)
-    return result
+    found = tracer.sample(camera, light, size, (centres[:, None] + radius[:, None, None] * disc).reshape(-1, 2))
+    found = found.reshaped((len(centres), WITNESSES))
+    differs = (found.lit != truth.lit[:, None]) | (found.object != truth.object[:, None]) | ~found.lit_facing
+    return differs.any(axis=1)
 
 
 def compare_view(scene: Scene, camera: Camera, light: Light, settings: Settings, size: tuple[int, int], renderer: Renderer,

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..maths.projection import ShadowPlan, ShadowProjection
 from ..maths.view import Camera
-from .tracer import Truth, pixel_centres, pixel_rays
+from .tracer import Truth, pixel_rays
 
 STEP_PX = 0.25
 SMALLEST_W = 1e-9
@@ -28,37 +28,33 @@ def texel_coordinates(projection: ShadowProjection, points_ws: np.ndarray, map_s
     return (np.stack([s, t], axis=-1) + 1.0) * (map_size / 2.0)
 
 
-def _on_tangent_plane(camera: Camera, truth: Truth, pixels: np.ndarray, seen: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Where the rays through `pixels` meet the planes of the surfaces seen at the pixels themselves; grazing rays as if 0.1° steep."""
+def _on_tangent_planes(camera: Camera, surface: Truth, pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Where the rays through K `pixels` meet the planes of K surface points; grazing rays as if 0.1° steep."""
     origins, directions, _ = pixel_rays(camera, size, pixels)
-    point, normal = truth.point_ws.reshape(-1, 3)[seen], truth.normal_ws.reshape(-1, 3)[seen]
-    height = np.einsum("ij,ij->i", point - origins, normal)
-    slope = np.minimum(np.einsum("ij,ij->i", directions, normal), -1.7e-3)
+    height = np.einsum("ij,ij->i", surface.point_ws - origins, surface.normal_ws)
+    slope = np.minimum(np.einsum("ij,ij->i", directions, surface.normal_ws), -1.7e-3)
     return origins + directions * (height / slope)[:, None]
 
 
-def texel_extent_px(truth: Truth, camera: Camera, plan: ShadowPlan, partition: np.ndarray, map_size: int) -> np.ndarray:
-    """(h, w) the longest extent of a texel's footprint in pixels: 1/σ_min of J = ∂(texel s, texel t)/∂(pixel x, pixel y) (method §1).
+def texel_extent_px(surface: Truth, pixels: np.ndarray, camera: Camera, size: tuple[int, int], plan: ShadowPlan, partition: np.ndarray,
+                    map_size: int) -> np.ndarray:
+    """(K,) the longest extent of a texel's footprint in pixels: 1/σ_min of J = ∂(texel s, texel t)/∂(pixel x, pixel y) (method §1).
 
-    Central differences over half a pixel on the tangent plane. 0 where no surface is seen or no partition serves the pixel.
+    `surface` K visible points at pixel coordinates `pixels` (K, 2) of a picture of `size`; `partition` (K,) the map that serves each
+    (0 extent where none does). Central differences over half a pixel on the tangent plane.
     """
-    height, width = truth.depth.shape
-    extent = np.zeros(height * width)
-    served = np.where(truth.object >= 0, partition, -1).ravel()
-    centres = pixel_centres((width, height))
+    extent = np.zeros(len(pixels))
     for index, projection in enumerate(plan.projections):
-        seen = served == index
-        if projection.is_empty or not seen.any():
+        served = partition == index
+        if projection.is_empty or not served.any():
             continue
-        columns = []
-        for axis in (0, 1):
-            step = np.zeros(2)
-            step[axis] = STEP_PX
-            ends = [_on_tangent_plane(camera, truth, centres[seen] + sign * step, seen, (width, height)) for sign in (1.0, -1.0)]
-            after, before = (texel_coordinates(projection, points, map_size) for points in ends)
+        points, columns = surface.at(served), []
+        for step in np.eye(2) * STEP_PX:
+            ends = (_on_tangent_planes(camera, points, pixels[served] + sign * step, size) for sign in (1.0, -1.0))
+            after, before = (texel_coordinates(projection, end, map_size) for end in ends)
             columns.append((after - before) / (2.0 * STEP_PX))
-        extent[seen] = 1.0 / np.maximum(smallest_singular_value(np.stack(columns, axis=-1)), 1e-6)
-    return extent.reshape(height, width)
+        extent[served] = 1.0 / np.maximum(smallest_singular_value(np.stack(columns, axis=-1)), 1e-6)
+    return extent
 
 
 def smallest_singular_value(matrices: np.ndarray) -> np.ndarray:

@@ -42,7 +42,12 @@ class Truth:
 
     def reshaped(self, shape: tuple[int, ...]) -> Truth:
         """The same values in another shape S."""
-        return Truth(**{name: array.reshape(*shape, *array.shape[1:]) for name, array in vars(self).items()})
+        lead = self.depth.ndim
+        return Truth(**{name: array.reshape(*shape, *array.shape[lead:]) for name, array in vars(self).items()})
+
+    def at(self, where: np.ndarray | tuple[np.ndarray, ...]) -> Truth:
+        """The values at an index of S: a mask, or arrays of rows and columns."""
+        return Truth(**{name: array[where] for name, array in vars(self).items()})
 
 
 def pixel_centres(size: tuple[int, int]) -> np.ndarray:
@@ -54,17 +59,14 @@ def pixel_centres(size: tuple[int, int]) -> np.ndarray:
 
 def pixel_rays(camera: Camera, size: tuple[int, int], pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rays from the near to the far plane through K pixel coordinates: origins (K, 3), unit directions (K, 3), lengths (K,); float64."""
-    width, height = size
-    ndc = np.stack([2.0 * pixels[:, 0] / width - 1.0, 1.0 - 2.0 * pixels[:, 1] / height], axis=-1)
+    ndc = np.stack([2.0 * pixels[:, 0] / size[0] - 1.0, 1.0 - 2.0 * pixels[:, 1] / size[1]], axis=-1)
     world_from_clip = np.linalg.inv(camera.clip_from_world)
-    ends = []
-    for depth in (-1.0, 1.0):
-        clip = np.concatenate([ndc, np.full((len(ndc), 1), depth), np.ones((len(ndc), 1))], axis=1)
-        world = clip @ world_from_clip.T
-        ends.append(world[:, :3] / world[:, 3:])
-    span = ends[1] - ends[0]
-    length = np.linalg.norm(span, axis=1)
-    return ends[0], span / length[:, None], length
+    middle = ndc @ world_from_clip[:, :2].T + world_from_clip[:, 3]
+    near, far = middle - world_from_clip[:, 2], middle + world_from_clip[:, 2]
+    origins = near[:, :3] / near[:, 3:]
+    span = far[:, :3] / far[:, 3:] - origins
+    length = np.sqrt(np.einsum("ij,ij->i", span, span))
+    return origins, span / length[:, None], length
 
 
 def directions_to_light(light: Light, points_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

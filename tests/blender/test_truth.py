@@ -163,10 +163,18 @@ def overhead_plan(half=10.0, log=None):
     return ShadowPlan((ShadowProjection(matrix, 0.1, 100.0, log),), 0.0, 0.0, np.eye(4))
 
 
+def whole_extent(truth, camera, plan, map_size):
+    """The extent at every pixel, all served by map 0; 0 where nothing is seen."""
+    height, width = truth.depth.shape
+    partition = np.where(truth.object.ravel() >= 0, 0, -1)
+    flat = truth.reshaped((height * width,))
+    return texel_extent_px(flat, pixel_centres((width, height)), camera, (width, height), plan, partition, map_size).reshape(height, width)
+
+
 def test_the_texel_extent_is_texel_over_pixel_size_along_the_shorter_axis_of_the_pixel():
     camera = overhead(0.5, 0.25)
     truth = TruthTracer(scenes.scene_of(scenes.floor())).trace(camera, scenes.sun(90.0), (40, 40))
-    extent = texel_extent_px(truth, camera, overhead_plan(), np.zeros((40, 40), dtype=np.int32), 100)
+    extent = whole_extent(truth, camera, overhead_plan(), 100)
     np.testing.assert_allclose(extent, (20.0 / 100) / min(4.0 / 40, 8.0 / 40), rtol=1e-9)
 
 
@@ -174,7 +182,7 @@ def test_the_texel_extent_agrees_with_rays_through_the_ends_of_texels():
     camera, size = scenes.look_at((3.0, -6.0, 1.2), (0.0, 3.0, 0.0)), (96, 54)
     truth = TruthTracer(scenes.scene_of(scenes.floor())).trace(camera, scenes.sun(90.0), size)
     seen = truth.object == 0
-    extent = texel_extent_px(truth, camera, overhead_plan(), np.zeros(truth.depth.shape, dtype=np.int32), 4096)[seen]
+    extent = whole_extent(truth, camera, overhead_plan(), 4096)[seen]
     longest = np.zeros(seen.sum())
     texel = 20.0 / 4096
     for angle in np.linspace(0.0, np.pi, 720, endpoint=False):
@@ -193,7 +201,7 @@ def test_a_logarithmic_axis_has_texels_that_grow_with_w():
     matrix = np.array([[0.1, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, -0.1, 0], [0, 1.0, 0, 4.0]])  # w = y + 4
     log = LogWarp(2.0, 6.0, 2.0 / np.log2(3.0), -1.0 - 2.0 / np.log2(3.0), False)  # t from −1 at w = 2 to 1 at w = 6
     plan = ShadowPlan((ShadowProjection(matrix, 0.1, 100.0, log),), 0.0, 0.0, np.eye(4))
-    extent = texel_extent_px(truth, camera, plan, np.zeros((40, 40), dtype=np.int32), 64)
+    extent = whole_extent(truth, camera, plan, 64)
     along_t = (truth.point_ws[..., 1] + 4.0) * np.log(3.0) / 64 / 0.1  # dy per texel: w·ln(f'/n')/N, over 0.1 m per pixel
     np.testing.assert_allclose(extent, np.maximum(along_t, 20.0 / 64 / 0.1), rtol=1e-3)
 

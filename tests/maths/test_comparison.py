@@ -11,6 +11,12 @@ from addon.maths.comparison import Cracks
 seeds = st.integers(0, 2**32 - 1)
 
 
+def is_uniform(edges, texel_px):
+    """For every pixel, as an image."""
+    shape = edges.across.shape[0], edges.down.shape[1]
+    return comparison.is_uniform(edges, np.argwhere(np.ones(shape, dtype=bool)), texel_px).reshape(shape)
+
+
 def random_image(seed, shape=(9, 13), share=0.05):
     rng = np.random.default_rng(seed)
     return rng.random(shape) < rng.uniform(0.0, 4.0 * share)
@@ -24,7 +30,7 @@ def test_distances_are_euclidean_distances_to_the_nearest_mark_up_to_the_limit(s
     expected = np.full(len(cells), float(limit))
     if len(marked):
         expected = np.minimum(np.sqrt(((cells[:, None] - marked[None]) ** 2).sum(axis=-1)).min(axis=1), limit)
-    np.testing.assert_allclose(comparison.distances(marks, limit).ravel(), expected, atol=1e-12)
+    np.testing.assert_allclose(comparison.distances(marks, cells, limit), expected, atol=1e-12)
 
 
 @settings(max_examples=40)
@@ -43,7 +49,7 @@ def test_uniform_means_no_crack_and_no_border_within_two_pixels_or_a_texel(seed,
     labels = random_image(seed, (17, 19), 0.004)
     edges = comparison.changes(labels)
     cracks = np.argwhere(edges.on_half_pixels()) / 2.0
-    uniform = comparison.is_uniform(edges, texel_px)
+    uniform = is_uniform(edges, texel_px)
     radius = max(2.0, texel_px)
     for y, x in np.argwhere(np.ones_like(labels)):
         border = min(x + 0.5, y + 0.5, 19 - 0.5 - x, 17 - 0.5 - y)
@@ -53,8 +59,8 @@ def test_uniform_means_no_crack_and_no_border_within_two_pixels_or_a_texel(seed,
 
 def test_a_footprint_beyond_the_longest_distance_is_never_uniform():
     calm = comparison.changes(np.zeros((200, 200), dtype=bool))
-    assert comparison.is_uniform(calm, 63.0)[100, 100]
-    assert not comparison.is_uniform(calm, 1000.0).any()
+    assert is_uniform(calm, 63.0)[100, 100]
+    assert not is_uniform(calm, 1000.0).any()
 
 
 def half_plane(shift=0, shape=(40, 60)):
@@ -68,7 +74,7 @@ def test_a_shifted_edge_is_displaced_by_its_shift_and_is_no_acne(shift):
     edges = comparison.changes(truth)
     displacement, where = comparison.edge_displacements_px(edges, comparison.changes(preview))
     assert len(where) == 40 and (displacement == abs(shift)).all()
-    uniform = comparison.is_uniform(edges, abs(shift))
+    uniform = is_uniform(edges, abs(shift))
     classes = comparison.classify(truth, preview.astype(np.float32), everything, np.ones(truth.shape), uniform)
     result = comparison.statistics(classes, displacement)
     assert result["misclassified_pct"] == pytest.approx(100.0 * abs(shift) / 60)
@@ -78,7 +84,7 @@ def test_a_shifted_edge_is_displaced_by_its_shift_and_is_no_acne(shift):
 
 def test_a_shift_beyond_a_texel_is_acne_or_leak_from_the_reach_of_the_edge_on():
     truth, edges = half_plane(), comparison.changes(half_plane())
-    uniform = comparison.is_uniform(edges, 3.0)
+    uniform = is_uniform(edges, 3.0)
     for shift, key in ((9, "leak_pct"), (-9, "acne_pct")):
         classes = comparison.classify(truth, half_plane(shift).astype(float), np.ones_like(truth), np.ones(truth.shape), uniform)
         result = comparison.statistics(classes, np.empty(0))
