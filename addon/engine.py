@@ -119,11 +119,6 @@ class CadShadowEngine(bpy.types.RenderEngine):
             self.live = LiveView()
         return self.live
 
-    def __del__(self) -> None:
-        live = self.__dict__.get("live")
-        if live is not None:
-            live.close()
-
 
 def register() -> None:
     """Offer the engine in Blender's list."""

@@ -1,0 +1,94 @@
+"""The settings on a scene: they mirror the frozen dataclasses, and every option reaches its field."""
+
+import math
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def modules(extension):
+    import importlib
+
+    return {name: importlib.import_module(f"{extension.__name__}.{name}") for name in ("options", "properties", "pipeline.settings")}
+
+
+@pytest.fixture
+def props(blend):
+    return blend.context.scene.cad_shadow
+
+
+def test_untouched_properties_are_the_dataclass_defaults(props, modules):
+    assert modules["properties"].settings_from(props) == modules["pipeline.settings"].Settings()
+
+
+def test_every_field_of_the_settings_has_an_option(modules):
+    assert modules["options"].unreached_fields() == set()
+
+
+def test_every_property_explains_itself(props):
+    mute = [p.identifier for p in props.bl_rna.properties if p.identifier not in ("rna_type", "name") and len(p.description) < 12]
+    assert not mute
+
+
+def test_every_choice_is_the_command_lines_and_explains_itself(props, modules):
+    for option in modules["options"].OPTIONS:
+        if option.kind == "choice":
+            items = props.bl_rna.properties[option.name].enum_items
+            assert [item.identifier for item in items] == [identifier for identifier, _, _ in option.items]
+            assert all(item.description for item in items)
+
+
+CHANGES = {
+    "warp": "psm", "eta": 0.25, "pseudo_near": 3.5, "convergence": "sine", "partition": "z-pssm", "partitions": 6, "split_weight": 0.7,
+    "map_size": 2048, "fit": "scene", "margin": 2.5, "test": "id-depth", "depths": 4, "pcf": "9", "bias_strategy": "slope-scaled",
+    "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True, "display": "aliasing", "samples": "4",
+    "light_strength": 1.5, "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1), "use_object_colors": False,
+    "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5), "warp_parameter": 12.5, "alpha": (2.0, 2.5, 4.0),
+}  # fmt: skip
+
+
+def test_every_option_has_a_case_here(modules):
+    assert set(CHANGES) == set(modules["options"].BY_NAME)
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_each_property_reaches_its_field_exactly(props, modules, name):
+    options, properties = modules["options"], modules["properties"]
+    properties.store(props, {name: CHANGES[name]})
+    expected = options.with_options(modules["pipeline.settings"].Settings(), {name: CHANGES[name]})
+    assert properties.settings_from(props) == expected
+
+
+def test_a_stored_float_comes_back_as_the_number_typed(props, modules, rng):
+    shortest = modules["properties"].shortest
+    typed = [round(float(x), 5) for x in 10.0 ** rng.uniform(-3, 1, 200)]
+    for value in typed:
+        props.light_strength = value
+        assert shortest(props.light_strength) == pytest.approx(value, rel=1e-7)
+        assert len(repr(shortest(props.light_strength))) <= len(repr(float(np.float32(value))))
+    props.light_strength = 0.85
+    assert shortest(props.light_strength) == 0.85 != props.light_strength
+
+
+def test_parameter_wins_over_eta_where_both_are_set(props, modules):
+    modules["properties"].store(props, {"eta": 0.5, "warp_parameter": 7.0})
+    warp = modules["properties"].settings_from(props).warp
+    assert (warp.eta, warp.parameter) == (None, 7.0)
+
+
+def test_an_unknown_option_and_a_wrong_type_are_refused(modules):
+    options, settings = modules["options"], modules["pipeline.settings"].Settings()
+    for values in ({"wrap": "psm"}, {"partitions": 2.5}, {"map_size": "big"}, {"id_per_material": 1}, {"clay": (1.0, 1.0)}, {"eta": math.nan}):
+        with pytest.raises(ValueError, match=r"[a-z]"):
+            options.with_options(settings, values)
+
+
+def test_saved_settings_carry_their_version(blend, tmp_path, modules):
+    path = str(tmp_path / "kept.blend")
+    blend.context.scene.cad_shadow.partitions = 3
+    blend.ops.wm.save_as_mainfile(filepath=path)
+    blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    blend.ops.wm.open_mainfile(filepath=path)
+    props = blend.context.scene.cad_shadow
+    assert (props.partitions, props.settings_version) == (3, modules["properties"].SETTINGS_VERSION)
