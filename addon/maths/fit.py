@@ -58,6 +58,7 @@ class Sight:
         return near, max(far, near + THINNEST * max(abs(near), 1e-6 * (self.camera.far - self.camera.near)))
 
 
+@np.errstate(under="ignore")  # float32 products of nearly parallel axes: zero is what they mean
 def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: PartitionChoice, fit: FitChoice, *,
                  receivers_ws: np.ndarray | None, scene_bounds_ws: np.ndarray, caster_bounds_ws: np.ndarray,
                  image_size: tuple[int, int]) -> ShadowPlan:

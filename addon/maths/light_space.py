@@ -28,7 +28,7 @@ class LightSpace:
     """Light space of one light (or one face of a point light) for one view, for points relative to the eye (world axes).
 
     `from_eye` (4, 4): rows X, Y, Z, R of the module's text. `apex_x` the x of the view axis, on which the warp is centred. `gamma_rad` γ
-    where the map looks, `ray` (3,) the light's travel there; `travel_ws` (3,) its axis. `upright` the angle of the camera's right in (x, z).
+    where the map looks, `ray` (3,) the light's travel there; `travel_ws` (3,) its axis. `upright` the angle of camera right in (x, z).
     For a finite light: `position` (3,) relative to the eye, `planes` (6, 4) inward planes of the pyramid it serves (sides, near, far),
     `slope` the tangent of the pyramid's half angle, `least` the distance of its near plane.
     """
