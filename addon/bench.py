@@ -1,0 +1,128 @@
+"""`bench`: frame times of this program beside the bare passes of everything and beside Blender's own engines, interleaved in one run.
+
+What is compared is the same scene, size and moving camera. Ratios of medians are what counts: absolute times belong to a machine.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+
+import bpy
+import numpy as np
+
+from .maths.view import Camera, Light
+from .pipeline.bare_passes import BarePasses
+from .pipeline.device import device_of
+from .pipeline.renderer import Renderer, Request, Ticket, render_frame
+from .pipeline.scene import Scene
+from .pipeline.settings import Settings
+
+RIVALS = ("workbench", "cycles", "eevee")
+ORBIT_STEP_RAD = np.radians(1.0)
+
+
+@dataclass(frozen=True)
+class Course:
+    """What every contestant draws."""
+
+    scene: Scene
+    camera: Camera
+    light: Light
+    settings: Settings
+    size: tuple[int, int]
+    frames: int
+
+    def cameras(self) -> list[Camera]:
+        """One camera per frame, turned about the scene's middle by a degree each, plus one to warm up."""
+        middle = self.scene.bounds_ws().mean(axis=0)
+        return [turned(self.camera, middle, i * ORBIT_STEP_RAD) for i in range(self.frames + 1)]
+
+
+def turned(camera: Camera, middle_ws: np.ndarray, angle_rad: float) -> Camera:
+    """The camera carried round the vertical through `middle_ws`."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
+    turn = np.eye(4)
+    turn[:2, :2] = [[c, -s], [s, c]]
+    turn[:3, 3] = middle_ws - turn[:3, :3] @ middle_ws
+    return Camera(camera.view_from_world @ np.linalg.inv(turn), camera.clip_from_view, camera.near, camera.far, camera.name)
+
+
+def run(course: Course, blender_scene: bpy.types.Scene | None, rivals: tuple[str, ...], renderer: Renderer,
+        say: Callable[[str], None]) -> dict[str, object]:
+    """Times in ms of every contestant per frame, their medians, and the ratios of the medians to ours. The first frame is not counted."""
+    times: dict[str, list[float]] = {name: [] for name in ("ours", "bare passes", *rivals)}
+    bare: list[BarePasses] = []
+    for number, camera in enumerate(course.cameras()):
+        ours, plain = renderer.worker.call(lambda context, c=camera: _pipeline_times(course, c, bare, device_of(context, renderer.worker)))
+        measured = {"ours": ours, "bare passes": plain}
+        for rival in rivals:
+            measured[rival] = _rival_time(blender_scene, rival, course, camera)
+        if number:
+            for name, value in measured.items():
+                times[name].append(value)
+        say(f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)"))
+    renderer.worker.call(lambda context: bare[0].release())
+    medians = {name: median(values) for name, values in times.items()}
+    return {"triangles": course.scene.triangle_count, "instances": len(course.scene.instances), "size": list(course.size),
+            "map_size": course.settings.fit.size, "frames": course.frames, "times_ms": times, "median_ms": medians,
+            "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"}}
+
+
+def _pipeline_times(course: Course, camera: Camera, bare: list[BarePasses], device: object) -> tuple[float, float]:
+    """(ours, bare) milliseconds of one frame, on the worker."""
+    ticket = Ticket()
+    frame = render_frame(device, Request(course.scene, camera, course.light, course.settings, course.size, ("combined",), False), ticket)
+    if not bare:
+        bare.append(BarePasses(device, course.scene))
+    return ticket.timing_ms["total"], bare[0].draw(camera, frame.plan, course.size, course.settings.fit.size)
+
+
+def _rival_time(scene: bpy.types.Scene, rival: str, course: Course, camera: Camera) -> float:
+    """Milliseconds of one render of Blender's own engine, the camera moved first."""
+    engines = {"workbench": ("BLENDER_WORKBENCH",), "cycles": ("CYCLES",), "eevee": ("BLENDER_EEVEE_NEXT", "BLENDER_EEVEE")}
+    _prepare_rival(scene, rival, engines[rival], course.size)
+    _place_camera(scene, camera, course.scene.origin_ws)
+    begin = time.perf_counter()
+    bpy.ops.render.render(scene=scene.name)
+    return (time.perf_counter() - begin) * 1e3
+
+
+def _prepare_rival(scene: bpy.types.Scene, rival: str, engines: tuple[str, ...], size: tuple[int, int]) -> None:
+    known = scene.render.bl_rna.properties["engine"].enum_items.keys() if rival != "cycles" else ("CYCLES",)
+    scene.render.engine = next((e for e in engines if e in known), engines[-1])
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = *size, 100
+    if rival == "cycles":
+        scene.cycles.samples, scene.cycles.use_denoising, scene.render.use_persistent_data = 1, False, True
+    elif rival == "eevee":
+        scene.eevee.taa_render_samples = 1
+    else:
+        scene.display.shading.show_shadows, scene.display.render_aa = True, "OFF"
+
+
+def _place_camera(scene: bpy.types.Scene, camera: Camera, origin_ws: np.ndarray) -> None:
+    """Put the scene's camera (made if there is none) where `camera` is."""
+    from mathutils import Matrix
+
+    ob = scene.camera
+    if ob is None:
+        ob = bpy.data.objects.new("Bench camera", bpy.data.cameras.new("Bench camera"))
+        scene.collection.objects.link(ob)
+        scene.camera = ob
+    placed = camera.world_from_view.copy()
+    placed[:3, 3] += origin_ws
+    ob.matrix_world = Matrix(placed.tolist())
+    ob.data.sensor_fit = "VERTICAL"
+    ob.data.angle_y = 2.0 * camera.half_fov_rad
+    ob.data.clip_start, ob.data.clip_end = camera.near, camera.far
+
+
+def text_table(result: dict[str, object]) -> str:
+    """The result for people."""
+    head = (f"{result['triangles']:,} triangles in {result['instances']:,} instances, {result['size'][0]}×{result['size'][1]}, "
+            f"maps of {result['map_size']}², {result['frames']} frames, camera moved each frame")
+    rows = [f"{'ours':<14}{result['median_ms']['ours']:>10.0f} ms"]
+    rows += [f"{name:<14}{result['median_ms'][name]:>10.0f} ms   ours = {ratio:.2f} × this" for name, ratio in result["ours_over"].items()]
+    return "\n".join([head, *rows])
