@@ -10,7 +10,6 @@ this call only. Errors are `addon.errors.UserError`s with a line that says what 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
@@ -18,20 +17,18 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import default_view, image_editor, outputs, session
+from . import image_editor, outputs, session
 from .errors import OutputError
 from .images.passes import picture_of
 from .job import ENGINE_PASSES, Outcome
 from .maths.theory import theory as predict
 from .maths.view import Camera, Light
 from .options import with_options
-from .pipeline.scene import Scene
 from .pipeline.settings import PASSES, Settings
 from .properties import settings_from
 from .rendering import Request, render
-from .views import Lens, named_camera, named_light, sun_from
+from .views import Lens, Point, camera_maker, light_maker
 
-Vector = tuple[float, float, float]
 ALL_PASSES = tuple(name for name in PASSES if name != "texel")
 
 
@@ -95,14 +92,14 @@ def preview(
     *,
     camera: str | None = None,
     view: str | None = None,
-    eye: Vector | None = None,
-    target: Vector | None = None,
-    up: Vector = (0.0, 0.0, 1.0),
+    eye: Point | None = None,
+    target: Point | None = None,
+    up: Point = (0.0, 0.0, 1.0),
     fov_y_deg: float | None = None,
     near: float | None = None,
     far: float | None = None,
     light: str | None = None,
-    light_direction: Vector | None = None,
+    light_direction: Point | None = None,
     size: tuple[int, int] | None = None,
     passes: tuple[str, ...] = ALL_PASSES,
     **options: object,
@@ -114,9 +111,10 @@ def preview(
     """
     scene = scene or bpy.context.scene
     settings = with_options(settings_from(scene.cad_shadow), options)
-    lens = Lens(None if fov_y_deg is None else radians(fov_y_deg) / 2.0, near, far)
+    half_fov = None if fov_y_deg is None else radians(fov_y_deg) / 2.0
+    cameras, lights = camera_maker(camera, view, eye, target, up, half_fov), light_maker(light, light_direction)
     name = bpy.data.filepath or "unsaved scene"
-    request = Request(name, passes, _camera(camera, view, eye, target, up), _light(light, light_direction), settings, lens, size)
+    request = Request(name, passes, cameras, lights, settings, Lens(half_fov, near, far), size)
     outcome = render(scene, request)
     session.remember(outcome)
     return Preview(outcome)
@@ -152,23 +150,3 @@ def theory(
         size,
         curve,
     )
-
-
-def _camera(
-    name: str | None, view: str | None, eye: Vector | None, target: Vector | None, up: Vector
-) -> Callable[[Scene, tuple[int, int]], Camera] | None:
-    if name is not None:
-        return lambda scene, size: named_camera(scene, name)
-    if view is not None:
-        return lambda scene, size: default_view.camera_for_view(scene, size, view)
-    if eye is not None:
-        return lambda scene, size: default_view.camera_from_eye(scene, size, eye, target, up)
-    return None
-
-
-def _light(name: str | None, direction: Vector | None) -> Callable[[Scene, Camera], Light] | None:
-    if name is not None:
-        return lambda scene, camera: named_light(scene, name)
-    if direction is not None:
-        return lambda scene, camera: sun_from(direction)
-    return None

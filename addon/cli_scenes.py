@@ -11,21 +11,20 @@ from pathlib import Path
 
 import bpy
 
-from . import default_view, register, unregister
+from . import register, unregister
 from .cli import chosen_settings
 from .errors import UserError
 from .images.png import encode_png
-from .inputs import open_input, open_model
+from .inputs import open_deck, open_input
 from .job import Outcome
 from .outputs import write_bytes, write_json, write_npz, write_pass, written
 from .pipeline.settings import PASSES, Settings
-from .platform_deck import build
 from .properties import settings_from
 from .rendering import Request, render
 from .report import failed_report
 from .truth import TruthTracer, compare
 from .truth.compare import COMPARED_PASSES
-from .views import Lens, named_camera, named_light, sun_from
+from .views import Lens, camera_maker, light_maker
 
 Say = Callable[[str], None]
 
@@ -54,7 +53,7 @@ def _one(source: str | None, args: argparse.Namespace, say: Say, count: str) -> 
     name = source or f"deck:{args.deck}"
     settings = None
     try:
-        scene, warnings = open_model(build(args.deck)) if source is None else open_input(source, args.units, args.up_axis)
+        scene, warnings = open_deck(args.deck) if source is None else open_input(source, args.units, args.up_axis)
         settings = chosen_settings(settings_from(scene.cad_shadow), args)
         if args.crease_angle is not None:
             scene.cad_shadow.crease_angle = args.crease_angle
@@ -83,19 +82,10 @@ def stem_of(source: str | None, args: argparse.Namespace) -> Path:
 
 def request_for(name: str, args: argparse.Namespace, settings: Settings, warnings: tuple[str, ...]) -> Request:
     """What the engine is asked for: view and light as the command line says, else as the scene says."""
-    lens = Lens(args.fov_y and args.fov_y / 2.0, args.near, args.far)
-    request = Request(name, settings=settings, warnings=warnings, lens=lens, size=args.size)
-    if args.camera:
-        request.camera = lambda scene, size: named_camera(scene, args.camera)
-    elif args.view:
-        request.camera = lambda scene, size: default_view.camera_for_view(scene, size, args.view)
-    elif args.eye:
-        request.camera = lambda scene, size: default_view.camera_from_eye(scene, size, args.eye, args.target, args.up)
-    if args.light:
-        request.light = lambda scene, camera: named_light(scene, args.light)
-    elif args.light_direction:
-        request.light = lambda scene, camera: sun_from(args.light_direction)
-    return request
+    half_fov = None if args.fov_y is None else args.fov_y / 2.0
+    camera = camera_maker(args.camera, args.view, args.eye, args.target, args.up, half_fov)
+    light = light_maker(args.light, args.light_direction)
+    return Request(name, (), camera, light, settings, Lens(half_fov, args.near, args.far), args.size, warnings)
 
 
 def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:

@@ -82,7 +82,7 @@ class CadShadowEngine(bpy.types.RenderEngine):
         if request is not None:
             request.error = error
         if not self.test_break():
-            self.report({"ERROR"}, str(error))
+            self.report({"ERROR"}, " ".join(str(error).split()))
 
     def _outcome(self, job: Job) -> Outcome:
         outcome = run(job, self._progress, self.test_break)

@@ -44,6 +44,13 @@ def open_blend(path: Path) -> bpy.types.Scene:
     return bpy.context.scene
 
 
+def open_deck(triangles: int) -> tuple[bpy.types.Scene, tuple[str, ...]]:
+    """The procedural platform deck of about so many triangles, as a new scene."""
+    from .platform_deck import build
+
+    return open_model(build(triangles))
+
+
 def open_model(model: CadModel) -> tuple[bpy.types.Scene, tuple[str, ...]]:
     """A new scene that holds only this CAD model. Colours are shown as the file gives them (view transform Standard)."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)

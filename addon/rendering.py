@@ -6,19 +6,20 @@ render subdivision), same engine, same compositor, same writing. So the results 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import bpy
 
+from .default_view import camera_for_view
 from .errors import Cancelled, SceneError, UserError
 from .job import ENGINE_PASSES, Outcome
-from .maths.view import Camera, Light
+from .maths.view import Camera
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
-from .views import Lens
+from .views import CameraMaker, Lens, LightMaker
 
 ENGINE = "CAD_SHADOW_PREVIEW"
 NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
@@ -34,8 +35,8 @@ class Request:
 
     name: str
     passes: tuple[str, ...] = ENGINE_PASSES
-    camera: Callable[[Scene, tuple[int, int]], Camera] | None = None
-    light: Callable[[Scene, Camera], Light] | None = None
+    camera: CameraMaker | None = None
+    light: LightMaker | None = None
     settings: Settings | None = None
     lens: Lens = Lens()
     size: tuple[int, int] | None = None
@@ -46,8 +47,6 @@ class Request:
 
 def isometric(scene: Scene, size: tuple[int, int]) -> Camera:
     """The view of a scene that has no camera."""
-    from .default_view import camera_for_view
-
     return camera_for_view(scene, size, "iso")
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
+from .default_view import default_sun
 from .errors import SceneError
 from .job import ENGINE_PASSES, Job
 from .maths.view import Camera, Light
@@ -173,8 +174,6 @@ def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request
         return choose_light(scene.lights, props.light.name), ()
     light = choose_light(scene.lights)
     if light is None:
-        from .default_view import default_sun
-
         return default_sun(camera), (NO_LIGHT,)
     others = len(scene.lights) - 1
     return light, ((f"'{light.name}' casts the shadows; {others} other light{'s' * (others > 1)} left out.",) if others else ())

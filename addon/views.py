@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import tan
 
 import numpy as np
 
+from .default_view import camera_for_view, camera_from_eye
 from .errors import SceneError
 from .maths.choices import require
 from .maths.view import Camera, Light
 from .pipeline.scene import Scene
 
 Point = tuple[float, float, float]
+CameraMaker = Callable[[Scene, tuple[int, int]], Camera]
+LightMaker = Callable[[Scene, Camera], Light]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +51,37 @@ def sun_from(towards: Point) -> Light:
     if not 0.0 < length < np.inf:
         raise SceneError("The light's direction is zero or infinite: give X, Y, Z towards the light, for example -1,-1,2.")
     return Light("sun", vector / length, name="direction")
+
+
+def camera_maker(
+    name: str | None, view: str | None, eye: Point | None, target: Point | None, up: Point, half_fov_rad: float | None
+) -> CameraMaker | None:
+    """How to make the camera asked for by name, as a standard view, or from an eye; None when nothing was asked for.
+
+    Points are true world coordinates in metres; without a target the eye looks at the middle of everything.
+    What is made raises `SceneError` or `SettingsError`.
+    """
+    fov = {} if half_fov_rad is None else {"fov_y_rad": 2.0 * half_fov_rad}
+    if name is not None:
+        return lambda scene, size: named_camera(scene, name)
+    if view is not None:
+        return lambda scene, size: camera_for_view(scene, size, view, **fov)
+    if eye is not None:
+        return lambda scene, size: camera_from_eye(scene, size, eye, _middle(scene) if target is None else target, up, **fov)
+    return None
+
+
+def light_maker(name: str | None, direction: Point | None) -> LightMaker | None:
+    """How to make the light asked for by name or as a sun's direction; None: nothing was asked for."""
+    if name is not None:
+        return lambda scene, camera: named_light(scene, name)
+    if direction is not None:
+        return lambda scene, camera: sun_from(direction)
+    return None
+
+
+def _middle(scene: Scene) -> Point:
+    return tuple((scene.bounds_ws().mean(axis=0) + scene.origin_ws).tolist())
 
 
 def named_camera(scene: Scene, name: str) -> Camera:

@@ -9,12 +9,12 @@ from .heatmap import NOTHING, heat_map
 _GOLDEN = 0.6180339887498949
 EXR_CHANNELS = {
     "combined": "RGBA",
-    "normal": "XYZ",
+    "normal": "RGB",
     "shadow": "Y",
     "depth": "Z",
     "object": "Y",
     "partition": "Y",
-    "aliasing": ("m", "m_x", "m_z"),
+    "aliasing": "RGB",
 }
 
 
@@ -61,7 +61,10 @@ def id_colors(ids: np.ndarray) -> np.ndarray:
 
 
 def channels_of(name: str, passes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """The pass as EXR channels (h, w), values untouched; ids as unsigned numbers one higher (0 = nothing), shadow maps map0.Z, map1.Z, …"""
+    """The pass as EXR channels (h, w), values untouched.
+
+    Normals x, y, z and errors m, m_x, m_z are R, G, B; ids are unsigned and one higher (0 = nothing); shadow maps are map0.Z, map1.Z, …
+    """
     if name == "texel":
         return {f"map{i}.Z": layer.astype(np.float32) for i, layer in enumerate(passes["shadow_depth"])}
     image = passes[name]

@@ -58,7 +58,11 @@ def test_light_shadow_and_background_are_all_in_the_picture(cube_scene, session,
 def exr_layers(path):
     """Names of the channels in a (multi-part) EXR's header."""
     head = path.read_bytes()[:8000]
-    return {name for name in ("Combined", "Depth", "Normal", "Shadow", "Aliasing") if f".{name}.".encode() in head or f"{name}\0".encode() in head}
+    return {
+        name
+        for name in ("Combined", "Depth", "Normal", "Shadow", "Aliasing")
+        if f".{name}.".encode() in head or f"{name}\0".encode() in head
+    }
 
 
 def test_every_pass_is_in_a_multilayer_exr(cube_scene, tmp_path):

@@ -79,7 +79,14 @@ def test_parameter_wins_over_eta_where_both_are_set(props, modules):
 
 def test_an_unknown_option_and_a_wrong_type_are_refused(modules):
     options, settings = modules["options"], modules["pipeline.settings"].Settings()
-    for values in ({"wrap": "psm"}, {"partitions": 2.5}, {"map_size": "big"}, {"id_per_material": 1}, {"clay": (1.0, 1.0)}, {"eta": math.nan}):
+    for values in (
+        {"wrap": "psm"},
+        {"partitions": 2.5},
+        {"map_size": "big"},
+        {"id_per_material": 1},
+        {"clay": (1.0, 1.0)},
+        {"eta": math.nan},
+    ):
         with pytest.raises(ValueError, match=r"[a-z]"):
             options.with_options(settings, values)
 
