@@ -1,7 +1,7 @@
 """The camera and the sun of a scene that has none: CAD files seldom do. numpy only.
 
-A standard view looks at the bounds' centre from a fixed direction and stands just so far away that all eight corners of the bounds fall
-inside the picture; two of them touch its edge (less `MARGIN`).
+A standard view looks from a fixed direction and stands just so far away that everything falls inside the picture: every vertex, or in
+large scenes every corner of the instances' boxes. Two opposite sides of what is seen touch the picture's edge (less `MARGIN`).
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] 
     "top": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)), "bottom": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
 }
 DEFAULT_FOV_Y_RAD = radians(40.0)
-MARGIN = 0.04
+MARGIN = 0.06
 SLACK = 0.02
+MOST_VERTICES = 2_000_000  # placed vertices up to which a view is framed by vertices rather than by boxes
 
 
 def corners(bounds_ws: np.ndarray) -> np.ndarray:
@@ -64,29 +65,37 @@ def perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.
 
 
 def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
-    """A camera of `VIEWS` that frames the scene's bounds in a picture of `size` (width, height), near and far tight around them.
+    """A camera of `VIEWS` that frames the scene in a picture of `size` (width, height), near and far tight around its bounds.
 
     Claim: along the fixed direction the eye stands at the smallest distance from which, having been shifted sideways to centre them,
-    all corners lie within 1 − `MARGIN` of the picture's half width and height.
+    all `outline_points` lie within 1 − `MARGIN` of the picture's half width and height.
     """
     if name not in VIEWS:
         raise SettingsError(f"There is no view '{name}': choose one of {', '.join(VIEWS)}.")
     direction, up = (np.array(v) for v in VIEWS[name])
     bounds_ws = scene.bounds_ws()
-    points = corners(bounds_ws)
-    centre = points.mean(axis=0)
+    centre = bounds_ws.mean(axis=0)
     rotation = look_at(centre + direction, centre, up)[:3, :3]
-    p = (points - centre) @ rotation.T
+    p = (outline_points(scene) - centre) @ rotation.T
     aspect = size[0] / size[1]
     slopes = (1.0 - MARGIN) * tan(fov_y_rad / 2) * np.array([aspect, 1.0])
     eye_x, eye_y, distance = _closest_eye(p, slopes)
-    diagonal = max(float(np.linalg.norm(points[7] - points[0])), 1e-6)
+    diagonal = max(float(np.linalg.norm(bounds_ws[1] - bounds_ws[0])), 1e-6)
     distance = max(distance, float(p[:, 2].max()) + 0.01 * diagonal)
     eye = centre + rotation.T @ np.array([eye_x, eye_y, distance])
     view = np.eye(4)
     view[:3, :3], view[:3, 3] = rotation, -rotation @ eye
     near, far = depth_range(view, bounds_ws)
     return Camera(view, perspective(fov_y_rad, aspect, near, far), near, far, name)
+
+
+def outline_points(scene: Scene) -> np.ndarray:
+    """(P, 3) points whose convex hull holds the scene: all placed vertices, or beyond `MOST_VERTICES` the corners of the instances' boxes."""
+    index, matrices = scene.instances.mesh_index, scene.instances.world_from_object
+    if sum(len(scene.meshes[i].positions) for i in index) > MOST_VERTICES:
+        boxes = scene.instance_bounds_ws()
+        return np.concatenate([np.stack([boxes[:, (i >> k) & 1, k] for k in range(3)], axis=-1) for i in range(8)])
+    return np.concatenate([scene.meshes[i].positions @ m[:3, :3].T + m[:3, 3] for i, m in zip(index, matrices, strict=True)])
 
 
 def _closest_eye(points_vs: np.ndarray, slopes: np.ndarray) -> tuple[float, float, float]:

@@ -60,7 +60,7 @@ class ShadingChoice:
     clay: tuple[float, float, float] = (0.6, 0.6, 0.6)
     background: tuple[float, float, float, float] = (0.78, 0.83, 0.90, 1.0)
     display: str = "shaded"
-    samples: int = 1
+    samples: int = 4
 
     def __post_init__(self) -> None:
         require_choice("Display", self.display, DISPLAYS)
