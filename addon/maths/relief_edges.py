@@ -3,10 +3,11 @@
 After this no predictor reads the texture again. A *pair* is two neighbouring texels, kept as a row `(u, v, n_u, n_v, near, far)`: their
 midpoint, the unit step from the background texel to the foreground texel, and the reliefs δ of foreground and background
 (`relief.py` says what δ is). Where the object ends, the background's relief is that of the object's own back: the side wall that a
-moving eye uncovers. An *edge* is a pair across a depth step with a seventh number, the rest: the texels its two ends lie apart already.
-It is 0, except for the walls that the back layer shows from within: there it is the length of the piece, and the wall comes into view
-once its far end overtakes its near end. Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own
-(research/impostors.md §6).
+moving eye uncovers. An *edge* is a pair across a depth step with two more numbers. The rest: the texels its two ends lie apart already,
+so that they open only once the far one has overtaken the near one. The sign: +1 what comes into view, −1 what must be taken off again.
+There are three sorts, which add up: steps (rest 0), walls behind the outline as the back layer shows them from within (rest: the piece's
+length), and, negative, the end of what a thin part hides: behind a rod there is no more to uncover than the rod is wide (rest: its width).
+Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own (research/impostors.md §6).
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ import numpy as np
 
 from ..errors import SceneError
 from .choices import require
-from .relief import CaptureFrame, relief_from_depth
+from .relief import CaptureFrame, depth_from_relief, relief_from_depth
 
 STEEPEST = 8.0
 """Texels of depth per texel up to which a run of steps is taken for a surface seen at a grazing angle (83°)."""
+WIDEST = 64
+"""Texels up to which a part counts as thin: it uncovers no more than its own width."""
 NO_PAIR = np.zeros(6)
 """Where there is no pair: without a direction it predicts nothing from any eye."""
 
@@ -44,12 +47,12 @@ class EdgeChoice:
 class ReliefEdges:
     """One texture's precomputation.
 
-    `edges` (E, 7) pairs across depth edges, with their rest. `written` (R, 6) the critical pair of each region as RI takes it (both texels
-    on the object), `corrected` (R, 6) the same with the object's outline included; regions without one hold `NO_PAIR`. `whole_written`,
-    `whole_corrected` (6,) the critical pair of the texture.
+    `edges` (E, 8) pairs across depth edges, with rest and sign. `written` (R, 6) the critical pair of each region as RI takes it (both
+    texels on the object), `corrected` (R, 6) the same with the object's outline included; regions without one hold `NO_PAIR`.
+    `whole_written`, `whole_corrected` (6,) the critical pair of the texture.
     `sums` (4, bins, N), `totals` (4, bins, 4): the directional sums of the classes (u, +), (u, −), (v, +), (v, −), strip by strip: with g
-    the signed relief step along the axis, `totals` is Σ|g| and the mean u, v and relief weighted by |g|, and `sums` is
-    Σ max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief).
+    the signed relief step along the axis, `totals` is Σ±|g| and the mean u, v and relief weighted by |g|, and `sums` is
+    Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief).
     """
 
     frame: CaptureFrame
@@ -80,9 +83,10 @@ def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, bac
     pairs, step, is_edge, is_inside = (np.concatenate(parts) for parts in zip(
         *(_axis_pairs(frame, depth, back, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True))
     region = _regions(frame, pairs, choice.regions)
-    edges = np.column_stack([pairs[is_edge], np.zeros(is_edge.sum())])
+    edges = np.column_stack([pairs[is_edge], np.zeros(is_edge.sum()), np.ones(is_edge.sum())])
     if back_m is not None:
-        edges = np.concatenate([edges, _walls(frame, back, mask, pairs[~is_inside])])
+        hidden = _ends_of_the_hidden(frame, depth, back, mask, pairs[is_edge & is_inside])
+        edges = np.concatenate([edges, _walls(frame, back, mask, pairs[~is_inside]), hidden])
     corrected = is_edge | is_inside
     sums, totals = _directional_sums(frame, edges, choice.bins)
     count = choice.regions[0] * choice.regions[1]
@@ -146,13 +150,13 @@ def _largest(pairs: np.ndarray, step: np.ndarray, region: np.ndarray, count: int
 
 
 def _walls(frame: CaptureFrame, back: np.ndarray, mask: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """(W, 7) edges along the walls behind the outline, as the back layer shows them: pieces of 1, 2, 4… texels inwards.
+    """(W, 8) edges along the walls behind the outline, as the back layer shows them: pieces of 1, 2, 4… texels inwards.
 
     A piece is kept while the back falls away at 45° or more; flatter ones stay hidden within any useful tilt.
     """
     inwards = outline[:, 2:4].astype(int)
     place = np.floor(outline[:, :2] + outline[:, 2:4] / 2.0).astype(int)
-    pieces = [np.empty((0, 7))]
+    pieces = [np.empty((0, 8))]
     limit = np.array([frame.width, frame.height])
     for length in (1, 2, 4, 8, 16, 32, 64):
         following = place + inwards * length
@@ -162,9 +166,32 @@ def _walls(frame: CaptureFrame, back: np.ndarray, mask: np.ndarray, outline: np.
         falls = mask[following[:, 1], following[:, 0]] & (depths[1] - depths[0] >= length * frame.texel_m)
         middle = (place + following + 1.0) / 2.0
         reliefs = [relief_from_depth(frame.source, d) for d in depths]
-        pieces.append(np.column_stack([middle, inwards, *reliefs, np.full(len(middle), float(length))])[falls])
+        pieces.append(np.column_stack([middle, inwards, *reliefs, np.full(len(middle), float(length)), np.ones(len(middle))])[falls])
         place, inwards = following[falls], inwards[falls]
     return np.concatenate(pieces)
+
+
+def _ends_of_the_hidden(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """(H, 8) negative edges from steps (S, 6): how far the back of the foreground has moved on past the far end of what it hid.
+
+    The width of the foreground is counted in texels from the step until something as deep as the background is seen again; parts wider than
+    `WIDEST` texels hide more than a useful tilt uncovers.
+    """
+    inwards = steps[:, 2:4].astype(int)
+    start = np.floor(steps[:, :2] + steps[:, 2:4] / 2.0).astype(int)
+    background = depth_from_relief(frame.source, steps[:, 5])
+    behind = np.minimum(back[start[:, 1], start[:, 0]], background)
+    covering = np.where(mask, depth, np.inf)
+    padded = np.pad(covering, WIDEST, constant_values=np.inf)
+    width, going = np.zeros(len(steps), int), np.arange(len(steps))
+    while len(going) and width.max() < WIDEST:
+        place = start[going] + inwards[going] * width[going, None] + WIDEST
+        going = going[padded[place[:, 1], place[:, 0]] < background[going]]
+        width[going] += 1
+    ended = (width < WIDEST) & (behind < background)
+    reliefs = [relief_from_depth(frame.source, d[ended]) for d in (behind, background)]
+    half = (inwards * width[:, None] / 2.0)[ended]
+    return np.column_stack([steps[ended, :2] + half, inwards[ended], *reliefs, width[ended], np.full(ended.sum(), -1.0)])
 
 
 SHIFTS = np.linspace(0.0, 2.0, 33)
@@ -190,9 +217,10 @@ def _directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tupl
                     continue
                 step = np.abs(chosen[:, 4] - chosen[:, 5])
                 mean = step @ np.column_stack([chosen[:, :2], chosen[:, 4:6].mean(axis=1)]) / step.sum()
-                totals[2 * axis + side, cell] = [step.sum(), *mean]
-                threshold, order = chosen[:, 6] / step, np.argsort(chosen[:, 6] / step)
-                upto = np.searchsorted(threshold[order], shifts)
-                mass, rest = (np.concatenate([[0.0], np.cumsum(x[order])])[upto] for x in (step, chosen[:, 6]))
-                sums[2 * axis + side, cell] = np.maximum(0.0, mass * shifts - rest)
+                totals[2 * axis + side, cell] = [step @ chosen[:, 7], *mean]
+                order = np.argsort(chosen[:, 6] / step)
+                upto = np.searchsorted((chosen[:, 6] / step)[order], shifts)
+                signed = np.column_stack([step, chosen[:, 6]])[order] * chosen[order, 7:]
+                mass, rest = np.concatenate([np.zeros((1, 2)), np.cumsum(signed, axis=0)])[upto].T
+                sums[2 * axis + side, cell] = mass * shifts - rest
     return sums, totals

@@ -96,7 +96,8 @@ def predict_one(edges: ReliefEdges, camera: Camera, size: tuple[int, int]) -> di
 
 
 def edge_openings_px(edges: ReliefEdges, camera: Camera, size: tuple[int, int]) -> np.ndarray:
-    """(E,) the pixels that open behind each edge of one texture: the terms of `edge_sum_px` (infinite where the warp does not exist)."""
+    """(E,) the terms of `edge_sum_px` of one texture: the pixels that open at each edge, negative where what opened had ended before
+    (`relief_edges.py`); infinite where the warp does not exist."""
     textures = relief_set([edges])
     view = _View.of(textures, camera, size)
     return np.where(view.valid[0], _edge_terms(view, textures), np.inf)
@@ -173,17 +174,17 @@ def _opening_px(view: _View, pairs: np.ndarray) -> np.ndarray:
 
 
 def _edge_terms(view: _View, textures: ReliefSet) -> np.ndarray:
-    """(E,) pixels that open behind each edge: width `max(0, (s_fg − s_bg)(p − e)·n − rest·s_bg)` times one texel of length."""
+    """(E,) signed pixels that open behind each edge: width `max(0, (s_fg − s_bg)(p − e)·n − rest·s_bg)` times one texel of length."""
     edges, owner = textures.edges, textures.edge_owner
     K = view.K[owner]
     uv, near, far, rest = edges[:, :2], edges[:, 4], edges[:, 5], edges[:, 6]
     along = ((K[:, :2] - uv * K[:, 2:]) * edges[:, 2:4]).sum(axis=1)
-    return np.maximum(0.0, along * (near - far) - rest * (1.0 + K[:, 2] * near)) * view.area_scale(owner, uv, near, far)
+    return edges[:, 7] * np.maximum(0.0, along * (near - far) - rest * (1.0 + K[:, 2] * near)) * view.area_scale(owner, uv, near, far)
 
 
 def _edge_sum_px(view: _View, textures: ReliefSet) -> np.ndarray:
     """(T,) sums of `_edge_terms`."""
-    return np.bincount(textures.edge_owner, _edge_terms(view, textures), minlength=len(textures))
+    return np.maximum(0.0, np.bincount(textures.edge_owner, _edge_terms(view, textures), minlength=len(textures)))
 
 
 def _edge_fast_px(view: _View, textures: ReliefSet) -> np.ndarray:
@@ -202,4 +203,4 @@ def _edge_fast_px(view: _View, textures: ReliefSet) -> np.ndarray:
     width = below + (place - cell) * (above - below) + beyond
     row = view.depth_row.T[:, :, None, None]
     w = np.where(view.valid[:, None, None], row[0] * u + row[1] * v + row[2] + row[3] * relief, 1.0)
-    return (width / (w * w * w)).sum(axis=(1, 2)) * np.linalg.det(view.homography)
+    return np.maximum(0.0, (width / (w * w * w)).sum(axis=(1, 2)) * np.linalg.det(view.homography))

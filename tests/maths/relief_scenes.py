@@ -1,6 +1,6 @@
 """Synthetic scenes with an exact answer: boxes and balls, cast ray by ray; captures of them; the pixels a capture has never seen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,7 +115,8 @@ def unseen_pixels(solids: Solids, seen: Capture, camera: Camera, size: tuple[int
     return out.reshape(size[1], size[0])
 
 
-def orbit(target, distance: float, angle: float, elevation: float = 0.2) -> Camera:
-    """A camera on a circle round the vertical, looking at its middle."""
+def orbit(target, distance: float, angle: float, elevation: float = 0.2, zoom: float = 1.0) -> Camera:
+    """A camera on a circle round the vertical, looking at its middle, with its focal length times `zoom`."""
     flat = np.array([np.sin(angle), -np.cos(angle), 0.0]) * np.cos(elevation)
-    return look_at(np.asarray(target) + distance * (flat + [0.0, 0.0, np.sin(elevation)]), target)
+    camera = look_at(np.asarray(target) + distance * (flat + [0.0, 0.0, np.sin(elevation)]), target)
+    return replace(camera, clip_from_view=np.diag([zoom, zoom, 1.0, 1.0]) @ camera.clip_from_view)

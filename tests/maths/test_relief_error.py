@@ -136,14 +136,14 @@ def test_an_edges_opening_is_the_area_between_its_two_warped_images(seed, perspe
     edges = relief_edges(frame, depth, mask, back)
     chosen = rng.integers(0, len(edges.edges), 20)
     found = edge_openings_px(edges, camera, IMAGE)[chosen]
-    u, v, n_u, n_v, near, far, rest = edges.edges[chosen].T
+    u, v, n_u, n_v, near, far, rest, sign = edges.edges[chosen].T
     middle, tangent = np.stack([u, v], axis=-1), np.stack([-n_v, n_u], axis=-1)
     apart = np.stack([n_u, n_v], axis=-1) * rest[:, None] / 2
     strip = np.stack([project_texels(frame, camera, IMAGE, middle + side * tangent + end * apart, relief)
                       for side, end, relief in ((-0.5, 1, far), (-0.5, -1, near), (0.5, -1, near), (0.5, 1, far))])
     x, y = strip[..., 0] - strip[0, :, 0], strip[..., 1] - strip[0, :, 1]
     area = 0.5 * (x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum(axis=0)
-    np.testing.assert_allclose(found, np.maximum(0.0, area), rtol=0.05, atol=0.02 * np.abs(area).max())
+    np.testing.assert_allclose(found, sign * np.maximum(0.0, area), rtol=0.05, atol=0.02 * np.abs(area).max())
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
@@ -187,15 +187,16 @@ def _rank_correlation(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def test_the_edge_sum_ranks_the_unseen_pixels_and_the_critical_point_hardly_does():
-    rng = np.random.default_rng(9)
     size, ranks, ratios = (128, 96), [], []
-    for _ in range(3):
+    for seed in (0, 2, 4):
+        rng = np.random.default_rng(seed)
         solids, table = machine(rng), []
         middle = solids.hull.mean(axis=0)
-        seen = capture(solids, orbit(middle, 6.0, 0.3), size, CaptureChoice(texels_per_pixel=2.0))
+        seen = capture(solids, orbit(middle, 12.0, 0.3, zoom=2.5), size)
         edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
         for _ in range(20):
-            camera = orbit(middle, rng.uniform(4, 10), 0.3 + rng.uniform(-0.5, 0.5), 0.2 + rng.uniform(-0.3, 0.3))
+            distance = rng.uniform(5, 20)
+            camera = orbit(middle, distance, 0.3 + rng.uniform(-0.6, 0.6), 0.2 + rng.uniform(-0.3, 0.3), zoom=distance / 4.8)
             found = predict_one(edges, camera, size)
             unseen = unseen_pixels(solids, seen, camera, size).sum()
             table.append([unseen, found["edge_sum_px"], found["edge_fast_px"], found["critical"]])
@@ -205,7 +206,7 @@ def test_the_edge_sum_ranks_the_unseen_pixels_and_the_critical_point_hardly_does
     exact, fast, critical = np.mean(ranks, axis=0)
     assert exact > 0.8
     assert fast > 0.8
-    assert critical < 0.5
+    assert critical < 0.6
     assert min(ratios) > 0.7
     assert np.median(ratios) < 3.0
 
@@ -239,9 +240,22 @@ def test_a_smooth_slope_has_no_depth_edges_and_a_step_on_it_has_one_per_row():
     assert len(relief_edges(frame, columns, everywhere, columns).edges) == 0
     stepped = columns + np.where(np.arange(frame.width) >= 40, 9 * frame.texel_m, 0.0)
     edges = relief_edges(frame, stepped, everywhere, stepped).edges
-    assert len(edges) == frame.height
-    np.testing.assert_array_equal(edges[:, 0], 40.0)
-    np.testing.assert_array_equal(edges[:, 2], -1.0)
+    steps = edges[edges[:, 6] == 0.0]
+    assert len(steps) == frame.height
+    np.testing.assert_array_equal(steps[:, 0], 40.0)
+    np.testing.assert_array_equal(steps[:, 2], -1.0)
+
+
+def test_a_rod_uncovers_no_more_than_its_own_width_and_side():
+    """A thin rod far before a wall: however far the eye moves, what comes into view is as wide as the rod and its side."""
+    rod = Solids(np.array([[[-0.05, -1.0, -0.6], [0.05, -0.9, 0.6]], [[-1.0, 0.9, -1.0], [1.0, 1.0, 1.0]]]), np.empty((0, 4)))
+    size = (320, 240)
+    seen = capture(rod, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.0), size, CaptureChoice(texels_per_pixel=2.0))
+    edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
+    for angle in (0.1, 0.25, 0.4):
+        camera = orbit([0, 0, 0], 9.0, angle, 0.0, zoom=2.0)
+        truth = int(unseen_pixels(rod, seen, camera, size).sum())
+        assert predict_one(edges, camera, size)["edge_sum_px"] == pytest.approx(truth, rel=0.25)
 
 
 def test_the_outline_uses_the_back_and_without_it_the_bounds():
