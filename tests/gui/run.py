@@ -1,0 +1,150 @@
+"""The host's side of `./dev gui-test`: the built zip in a real Blender window under Xvfb, driven by tour.py, its pictures in build/gui.
+
+Builds the zip for Linux, installs it in a fresh home folder of the chroot as a user would, opens Blender with its window, waits for the
+tour's result and judges it together with Blender's log. Exit code 0 = every step passed, the log is clean, and Blender ended by itself.
+"""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
+SIZE = (1600, 1200)
+LIMIT_S = 420
+MODULE = "bl_ext.user_default.cad_shadow_preview"
+# What in Blender's log is a defect of ours.
+BAD_LOG = re.compile(r"Traceback|Error:|EXCEPTION|Segmentation|Not freed|GL error|^WARN.*cad_shadow", re.MULTILINE)
+# The splash would swallow the first click; the autosave would ask at the next start.
+PREFERENCES = """
+import bpy
+preferences = bpy.context.preferences
+preferences.view.show_splash = False
+preferences.view.show_tooltips_python = False
+preferences.filepaths.use_auto_save_temporary_files = False
+bpy.ops.wm.save_userpref()
+"""
+
+
+class Chroot:
+    """Commands inside the chroot, with a home folder of this run's own; paths given to them are the chroot's."""
+
+    def __init__(self, root: Path, work: Path) -> None:
+        self.root, self.work = root, work
+        inside = "/" + work.relative_to(root).as_posix()
+        self.environment = {"HOME": f"{inside}/home", "XDG_RUNTIME_DIR": f"{inside}/run", "TMPDIR": f"{inside}/run", "OUT": f"{inside}/out",
+                            "PATH": "/usr/bin:/bin:/usr/sbin:/sbin", "LANG": "C.UTF-8", "LP_NUM_THREADS": "2"}
+        for name in ("home", "run", "out"):
+            (work / name).mkdir(mode=0o700)
+
+    def inside(self, path: Path) -> str:
+        """A file of the work folder as the chroot names it."""
+        return "/" + path.relative_to(self.root).as_posix()
+
+    def start(self, command: list[str], **options: object) -> subprocess.Popen:
+        """A process in the chroot."""
+        return subprocess.Popen(["chroot", str(self.root), *command], env=self.environment, stdin=subprocess.DEVNULL, **options)
+
+    def run(self, *command: str) -> None:
+        """A process in the chroot that must succeed; its output is shown when it does not."""
+        process = self.start(list(command), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        output, _ = process.communicate(timeout=120)
+        if process.returncode:
+            raise SystemExit(f"gui-test: {' '.join(command[:4])} failed\n{output}")
+
+
+@contextmanager
+def screen(chroot: Chroot, size: tuple[int, int]):
+    """A virtual screen; the chroot's DISPLAY is set to it."""
+    reader, writer = os.pipe()
+    command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", f"{size[0]}x{size[1]}x24", "-nolisten", "tcp"]
+    process = chroot.start(command, pass_fds=(writer,), stderr=subprocess.DEVNULL)
+    os.close(writer)
+    with os.fdopen(reader) as pipe:
+        chroot.environment["DISPLAY"] = ":" + pipe.readline().strip()
+    try:
+        yield
+    finally:
+        process.terminate()
+        process.wait(10)
+
+
+def build_package(folder: Path) -> Path:
+    """The zip for Linux."""
+    command = [sys.executable, "-m", "tools.build_package", "--platform", "linux-x64", "--output", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    return next(folder.glob("*.zip"))
+
+
+def install(chroot: Chroot, package: Path) -> None:
+    """As a user does it, from the zip; then the preferences."""
+    inside = chroot.work / package.name
+    shutil.copy2(package, inside)
+    chroot.run("blender", "--command", "extension", "install-file", "-r", "user_default", "-e", chroot.inside(inside))
+    chroot.run("blender", "-b", "--python-exit-code", "3", "--python-expr", PREFERENCES)
+
+
+def tour(chroot: Chroot, steps: list[str]) -> tuple[int | None, str]:
+    """Blender with its window through tour.py: its exit code (None when it had to be ended) and its log."""
+    for name in ("harness.py", "tour.py"):
+        shutil.copy2(HERE / name, chroot.work / name)
+    log = chroot.work / "out" / "blender.log"
+    command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, SIZE), "--no-window-focus",
+               "--python", chroot.inside(chroot.work / "tour.py"), "--", *steps]
+    with log.open("w") as file:
+        process = chroot.start(command, stdout=file, stderr=subprocess.STDOUT)
+        try:
+            code = process.wait(LIMIT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            code = None
+    return code, log.read_text(errors="replace")
+
+
+def judge(results: list[dict], code: int | None, log: str) -> int:
+    """Print every step and what else was wrong; the exit code."""
+    checks = [(step["name"], step["ok"], step["error"]) for step in results]
+    checks.append(("Blender ended by itself", code == 0, f"exit code {code}"))
+    bad = sorted({line.strip() for line in log.splitlines() if BAD_LOG.search(line)})
+    checks.append(("the log is clean", not bad, "\n".join(bad[:20]) + "\n(all of it in build/gui/blender.log)"))
+    for name, ok, error in checks:
+        print(f"{'passed' if ok else 'FAILED'}  {name}" + ("" if ok else f"\n{error}"))
+    failed = sum(not ok for _, ok, _ in checks)
+    print(f"{len(checks) - failed} passed, {failed} failed")
+    return 1 if failed or not results else 0
+
+
+def main() -> int:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="./dev gui-test", description="The extension in a real Blender window.")
+    parser.add_argument("steps", nargs="*", help="only these steps of tests/gui/tour.py (default: all)")
+    parser.add_argument("--suite", default="trixie", choices=["trixie", "sid"], help="the Debian whose Blender is used (default: trixie)")
+    options = parser.parse_args()
+    root = CACHE / options.suite
+    subprocess.run([HERE / "setup_root.sh", root, options.suite], check=True)
+    started, output = time.monotonic(), ROOT / "build" / "gui"
+    with tempfile.TemporaryDirectory(prefix="gui-test-", dir=root) as folder:
+        chroot = Chroot(root, Path(folder))
+        install(chroot, build_package(Path(folder, "home")))
+        with screen(chroot, SIZE):
+            code, log = tour(chroot, options.steps)
+        shutil.rmtree(output, ignore_errors=True)
+        shutil.copytree(chroot.work / "out", output)
+    result = output / "result.json"
+    found = json.loads(result.read_text()) if result.is_file() else {"steps": []}
+    print(f"{found.get('blender', 'Blender')}, {found.get('gl', 'no window')}, {time.monotonic() - started:.0f} s, pictures in {output}")
+    return judge(found["steps"], code, log)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

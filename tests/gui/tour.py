@@ -1,0 +1,262 @@
+"""A first-time user's way through the extension, in a real window. Each step is a claim; the pictures serve the documentation."""
+
+import importlib
+import sys
+from collections.abc import Generator
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from harness import (  # noqa: E402 - its folder is known only now
+    box_of,
+    changed_share,
+    click,
+    colours,
+    hover,
+    picture,
+    press,
+    region,
+    run,
+    settle,
+    step,
+    until,
+    view,
+    xdotool,
+)
+
+MODULE = "bl_ext.user_default.cad_shadow_preview"
+TAB = "CAD Shadow"
+ENGINE = "CAD_SHADOW_PREVIEW"
+# Measured at UI scale 1: the middle of the first header below the sidebar's top, from one closed header to the next, to the first button.
+FIRST_HEADER_PX, HEADER_PX, BUTTON_PX = 14, 28, 35
+FILE_MENU = 46, 1186  # in the top bar
+
+
+def addon(name: str):
+    """A module of the installed extension."""
+    return importlib.import_module(f"{MODULE}.addon.{name}")
+
+
+def own_panels() -> list[type]:
+    """The tab's panels, sub-panels too, as registered."""
+    panels = [cls for cls in bpy.types.Panel.__subclasses__() if getattr(cls, "bl_category", "") == TAB and "bl_rna" in vars(cls)]
+    return sorted(panels, key=lambda cls: cls.bl_order)
+
+
+def top_panels() -> list[type]:
+    """The tab's panels that are no sub-panels, from top to bottom."""
+    return [cls for cls in own_panels() if not getattr(cls, "bl_parent_id", "")]
+
+
+def header(index: int) -> tuple[float, float]:
+    """Where the header of the panel is while all above it are closed."""
+    r = region("UI")
+    return r.x + 0.3 * r.width, r.y + r.height - FIRST_HEADER_PX - HEADER_PX * index
+
+
+def header_of(key: str) -> tuple[float, float]:
+    """The header of the panel whose class name ends so."""
+    return header(next(i for i, cls in enumerate(top_panels()) if cls.bl_idname.endswith(key)))
+
+
+def open_tab() -> Generator:
+    """Show the sidebar at the extension's tab."""
+    view().spaces.active.show_region_ui = True
+    yield from until(lambda: region("UI").width > 50, "the sidebar's animation")
+    yield 0.5
+    yield from until(lambda: region("UI").active_panel_category not in ("", "UNSUPPORTED"), "the sidebar's first drawing")
+    region("UI").active_panel_category = TAB  # raises when no such tab is drawn
+    yield from settle()
+
+
+def fresh_tab() -> Generator:
+    """A new file with Blender's default window, the tab open, its panels closed and their sub-panels open (a closed header's place is known)."""
+    if len(bpy.context.window_manager.windows) > 1:
+        yield from close_extra_windows()
+    panels = sorted(own_panels(), key=lambda cls: bool(getattr(cls, "bl_parent_id", "")))
+    for cls in reversed(panels):
+        bpy.utils.unregister_class(cls)
+    for cls in panels:
+        cls.bl_options = {"DEFAULT_CLOSED"} if not getattr(cls, "bl_parent_id", "") else set()
+        bpy.utils.register_class(cls)
+    bpy.ops.wm.read_homefile(app_template="")
+    yield 1
+    yield from open_tab()
+
+
+def remember() -> object:
+    """The last outcome that the extension remembers."""
+    return addon("session").last()
+
+
+def canvas() -> tuple[int, int, int, int]:
+    """The part of the viewport that no sidebar, toolbar or header covers, as a box."""
+    r = region("WINDOW")
+    return r.x + 120, r.y + 20, r.width - 120 - region("UI").width - 120, r.height - 120
+
+
+@step
+def the_tab_opens() -> Generator:
+    """The sidebar has the tab "CAD Shadow"."""
+    yield from open_tab()
+    picture("first_sight")
+
+
+@step
+def every_panel_opens() -> Generator:
+    """Each panel opens with a click on its header and shows something; sub-panels open within it."""
+    yield from fresh_tab()
+    closed = picture("panels_closed", box_of(region("UI")))
+    for i, cls in enumerate(top_panels()):
+        yield from click(*header(i))
+        yield 0.4
+        shown = picture("panel_" + cls.bl_label.lower().replace(" ", "_").replace("&", "and"), box_of(region("UI")))
+        assert changed_share(shown, closed) > 0.005, f"the panel {cls.bl_label} shows nothing"
+        yield from click(*header(i))
+        yield 0.4
+    assert changed_share(picture("panels_closed", box_of(region("UI"))), closed) < 0.002, "a panel did not close again"
+
+
+@step
+def the_preview_button_makes_a_picture() -> Generator:
+    """A click on Preview shows the picture in an Image Editor and the report in the Quality panel."""
+    yield from fresh_tab()
+    yield from click(*header(0))
+    x, y = header(0)
+    yield from hover(x + 40, y - BUTTON_PX)
+    yield 1.2
+    picture("tooltip")
+    yield from click(x + 40, y - BUTTON_PX)
+    yield from until(remember, "the preview")
+    yield from settle(0.6)
+    image = bpy.data.images["CAD Shadow Preview"]
+    assert image.size[0] > 100
+    assert image.size[1] > 100
+    editors = [area for w in bpy.context.window_manager.windows for area in w.screen.areas if area.type == "IMAGE_EDITOR"]
+    assert any(area.spaces.active.image == image for area in editors), "no Image Editor shows the picture"
+    assert colours(picture("preview")) > 500
+    yield from close_extra_windows()
+    yield from click(*header(0))
+    yield from click(*header_of("quality"))
+    yield from settle()
+    picture("quality_after_preview", box_of(region("UI")))
+    yield from click(*header_of("quality"))
+
+
+def close_extra_windows() -> Generator:
+    """Leave only the first window."""
+    for extra in list(bpy.context.window_manager.windows)[1:]:
+        with bpy.context.temp_override(window=extra):
+            bpy.ops.wm.window_close()
+    yield from settle(0.4)
+
+
+@step
+def rendered_shading_follows_the_view() -> Generator:
+    """View3D's Rendered shading shows the engine's picture, follows an orbit by mouse, and refines when still."""
+    bpy.context.scene.render.engine = ENGINE
+    solid = picture("solid", canvas())
+    view().spaces.active.shading.type = "RENDERED"
+    yield from wait_for_picture()
+    first = picture("rendered", canvas())
+    assert colours(first) > 3
+    assert changed_share(first, solid) > 0.05, "the shading did not change"
+    r = region("WINDOW")
+    yield from hover(r.x + r.width * 0.4, r.y + r.height * 0.5)
+    yield from xdotool("mousedown", 2, "sleep", "0.2", "mousemove_relative", 60, 20, "sleep", "0.2", "mousemove_relative", 90, 10)
+    yield 0.3
+    picture("orbiting", canvas())
+    yield from xdotool("mouseup", 2)
+    yield from wait_for_picture()
+    second = picture("orbited", canvas())
+    assert changed_share(second, first) > 0.02, "the picture did not follow the orbit"
+    yield 1
+    assert changed_share(picture("still", canvas()), second) < 0.01, "the picture goes on changing though nothing moves"
+
+
+def wait_for_picture() -> Generator:
+    """Until the live view shows the fine picture of the present view."""
+    viewport = addon("viewport")
+
+    def is_fine() -> bool:
+        return any(live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in viewport._views)
+
+    yield from settle(0.3)
+    yield from until(is_fine, "the live view's fine picture")
+    yield from settle(0.3)
+
+
+@step
+def edits_undo_and_redo_show() -> Generator:
+    """The live view follows an edit, its undo and its redo."""
+    before = picture("edit_before", canvas())
+    bpy.ops.ed.undo_push(message="before")
+    bpy.context.scene.objects["Cube"].scale = (2, 2, 0.5)
+    bpy.ops.ed.undo_push(message="scaled")
+    yield from wait_for_picture()
+    edited = picture("edit_done", canvas())
+    assert changed_share(edited, before) > 0.005
+    yield from press("ctrl+z")
+    yield from wait_for_picture()
+    assert changed_share(picture("edit_undone", canvas()), before) < 0.005, "undo does not show"
+    yield from press("ctrl+shift+z")
+    yield from wait_for_picture()
+    assert changed_share(picture("edit_redone", canvas()), edited) < 0.005, "redo does not show"
+
+
+@step
+def f12_renders_while_the_window_lives() -> Generator:
+    """F12 renders with the engine on Blender's render thread and shows the result."""
+    done = []
+    bpy.app.handlers.render_complete.append(lambda *_: done.append(True))
+    view().spaces.active.shading.type = "SOLID"
+    yield from press("F12")
+    yield from until(lambda: done, "the render")
+    bpy.app.handlers.render_complete.pop()
+    yield from settle(0.6)
+    assert colours(picture("f12")) > 500
+    yield from close_extra_windows()
+
+
+@step
+def cad_files_are_in_the_import_menu() -> Generator:
+    """File > Import offers CAD files."""
+    yield from click(*FILE_MENU)
+    yield from xdotool("key", "i")
+    yield from settle(0.5)
+    picture("import_menu")
+    yield from press("Escape")
+    yield from press("Escape")
+    assert any(f.__module__.startswith(MODULE) for f in bpy.types.TOPBAR_MT_file_import.draw._draw_funcs)
+
+
+@step
+def it_can_be_disabled_and_enabled_while_it_is_shown() -> Generator:
+    """Disabled while the viewport shows its picture, it leaves a working Blender; enabled again, the picture is back."""
+    addon_utils = importlib.import_module("addon_utils")
+    view().spaces.active.shading.type = "RENDERED"
+    yield from wait_for_picture()
+    for _ in range(3):
+        addon_utils.disable(MODULE, default_set=True)
+        yield from settle(0.5)
+        picture("disabled")
+        assert addon_utils.enable(MODULE, default_set=True)
+        bpy.context.scene.render.engine = ENGINE
+        yield from wait_for_picture()
+    assert colours(picture("enabled_again", canvas())) > 3
+
+
+@step
+def another_file_opens_while_it_is_shown() -> Generator:
+    """A new file, opened while Rendered shading is on, starts clean."""
+    for _ in range(3):
+        bpy.ops.wm.read_homefile(app_template="", load_ui=False)
+        yield from settle(0.3)
+        bpy.context.scene.render.engine = ENGINE
+        view().spaces.active.shading.type = "RENDERED"
+        yield from wait_for_picture()
+    assert colours(picture("after_new_file")) > 500
+
+
+run(sys.argv[sys.argv.index("--") + 1 :])
