@@ -30,14 +30,18 @@ MOST_VERTICES = 2_000_000  # placed vertices up to which a view is framed by ver
 
 
 def corners(bounds_ws: np.ndarray) -> np.ndarray:
-    """(8, 3) corners of (2, 3) bounds."""
+    """(8·N, 3) corners of (N, 2, 3) bounds."""
     pick = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)])
-    return np.take_along_axis(np.asarray(bounds_ws, dtype=np.float64), pick, axis=0)
+    return bounds_ws[:, pick, np.arange(3)].reshape(-1, 3)
 
 
 def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray) -> np.ndarray:
-    """(4, 4) view from world; when `up` lies along the line of sight, world Y (or X) stands in for it. Raises `SettingsError` if eye = target."""
-    eye, back = np.asarray(eye_ws, dtype=np.float64), np.asarray(eye_ws, dtype=np.float64) - np.asarray(target_ws, dtype=np.float64)
+    """(4, 4) view from world; where `up` lies along the line of sight, world Y (or X) stands in for it.
+
+    Raises `SettingsError` if eye = target.
+    """
+    eye = np.asarray(eye_ws, dtype=np.float64)
+    back = eye - np.asarray(target_ws, dtype=np.float64)
     length = float(np.linalg.norm(back))
     if not 0.0 < length < np.inf:
         raise SettingsError("The camera's eye and target are the same point: move one of them.")
@@ -61,11 +65,12 @@ def perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.
     if not 0.0 < near < far < np.inf:
         raise SettingsError("The near distance must be positive and smaller than the far distance.")
     f = 1.0 / tan(fov_y_rad / 2)
-    return np.array([[f / aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, (far + near) / (near - far), 2 * far * near / (near - far)], [0, 0, -1.0, 0]])
+    depth = near - far
+    return np.array([[f / aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, (far + near) / depth, 2 * far * near / depth], [0, 0, -1.0, 0]])
 
 
 def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
-    """A camera of `VIEWS` that frames the scene in a picture of `size` (width, height), near and far tight around its bounds.
+    """A camera of `VIEWS` that frames the scene in a picture of `size` (width, height), near and far tight around it.
 
     Claim: along the fixed direction the eye stands at the smallest distance from which, having been shifted sideways to centre them,
     all `outline_points` lie within 1 − `MARGIN` of the picture's half width and height.
@@ -76,7 +81,8 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     bounds_ws = scene.bounds_ws()
     centre = bounds_ws.mean(axis=0)
     rotation = look_at(centre + direction, centre, up)[:3, :3]
-    p = (outline_points(scene) - centre) @ rotation.T
+    points = outline_points(scene)
+    p = (points - centre) @ rotation.T
     aspect = size[0] / size[1]
     slopes = (1.0 - MARGIN) * tan(fov_y_rad / 2) * np.array([aspect, 1.0])
     eye_x, eye_y, distance = _closest_eye(p, slopes)
@@ -85,7 +91,7 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     eye = centre + rotation.T @ np.array([eye_x, eye_y, distance])
     view = np.eye(4)
     view[:3, :3], view[:3, 3] = rotation, -rotation @ eye
-    near, far = depth_range(view, bounds_ws)
+    near, far = depth_range(view, points)
     return Camera(view, perspective(fov_y_rad, aspect, near, far), near, far, name)
 
 
@@ -93,8 +99,7 @@ def outline_points(scene: Scene) -> np.ndarray:
     """(P, 3) points whose convex hull holds the scene: all placed vertices, or beyond `MOST_VERTICES` the corners of the instances' boxes."""
     index, matrices = scene.instances.mesh_index, scene.instances.world_from_object
     if sum(len(scene.meshes[i].positions) for i in index) > MOST_VERTICES:
-        boxes = scene.instance_bounds_ws()
-        return np.concatenate([np.stack([boxes[:, (i >> k) & 1, k] for k in range(3)], axis=-1) for i in range(8)])
+        return corners(scene.instance_bounds_ws())
     return np.concatenate([scene.meshes[i].positions @ m[:3, :3].T + m[:3, 3] for i, m in zip(index, matrices, strict=True)])
 
 
@@ -110,9 +115,9 @@ def _closest_eye(points_vs: np.ndarray, slopes: np.ndarray) -> tuple[float, floa
     return float(x), float(y), distance
 
 
-def depth_range(view_from_world: np.ndarray, bounds_ws: np.ndarray) -> tuple[float, float]:
-    """Near and far view depth just around the bounds (`SLACK` more on either side). With the eye inside, near is 1/2000 of far."""
-    depth = -(corners(bounds_ws) @ view_from_world[2, :3] + view_from_world[2, 3])
+def depth_range(view_from_world: np.ndarray, points_ws: np.ndarray) -> tuple[float, float]:
+    """Near and far view depth just around (N, 3) points (`SLACK` more on either side). With the eye among them, near is 1/2000 of far."""
+    depth = -(points_ws @ view_from_world[2, :3] + view_from_world[2, 3])
     low, high = float(depth.min()), float(depth.max())
     slack = SLACK * max(high - low, 1e-6)
     far = max(high + slack, 1e-6)
@@ -123,7 +128,7 @@ def camera_from_eye(scene: Scene, size: tuple[int, int], eye: Point, target: Poi
                     fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
     """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views."""
     view = look_at(np.array(eye) - scene.origin_ws, np.array(target) - scene.origin_ws, np.array(up))
-    near, far = depth_range(view, scene.bounds_ws())
+    near, far = depth_range(view, corners(scene.instance_bounds_ws()))
     return Camera(view, perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
 
 

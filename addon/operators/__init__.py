@@ -2,7 +2,7 @@
 
 import bpy
 
-from . import analyse, export_report, preview
+from . import analyse, export_report, import_cad, preview
 
 _parts = (preview, analyse, export_report)
 
@@ -19,10 +19,12 @@ def register() -> None:
     for part in _parts:
         bpy.utils.register_class(part.OPERATOR)
     bpy.types.TOPBAR_MT_render.append(_draw_menu)
+    import_cad.register()
 
 
 def unregister() -> None:
     """Remove the operators."""
+    import_cad.unregister()
     bpy.types.TOPBAR_MT_render.remove(_draw_menu)
     for part in reversed(_parts):
         bpy.utils.unregister_class(part.OPERATOR)

@@ -41,7 +41,8 @@ def _detail(triangles: int) -> Detail:
 
 
 def _bay_count(wanted: int, seed: int, detail: Detail, columns: int | None) -> int:
-    """The number of bays whose triangles come nearest to `wanted`: a line through two counts, then steps."""
+    """The number of bays whose triangles come nearest to `wanted`: bisection, then its neighbours (the shape changes with the count, so the
+    total does not rise quite steadily)."""
     def total(count: int) -> int:
         return _Deck(detail, seed, count, columns).triangle_count()
 
@@ -52,7 +53,8 @@ def _bay_count(wanted: int, seed: int, detail: Detail, columns: int | None) -> i
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (middle, high) if total(middle) < wanted else (low, middle)
-    return min((low, high), key=lambda n: abs(total(n) - wanted))
+    near = range(max(columns or 2, low - 4), high + 4) if high < 100 else (low, high)
+    return min(near, key=lambda n: abs(total(n) - wanted))
 
 
 @cache
@@ -196,10 +198,11 @@ class _Deck:
         self.put(group, "Stair", x + 1.5, y + (BAY if j > self.rack_row else -1.0) - (1.1 if j > self.rack_row else -1.1))
 
     def _landmarks(self) -> None:
-        """One crane and one flare boom: what makes a platform's outline."""
+        """One crane and, on all but the least decks, one flare boom: what makes a platform's outline."""
         last = max(i for i, j in self.bays if j == self.rack_row)
         x, y = (last + 1) * BAY, self.rack_row * BAY
-        self.put("Flare", "Flare boom", x, y + BAY / 2, 1.0, 0.0, 38.0)
+        if self.count > 3:
+            self.put("Flare", "Flare boom", x, y + BAY / 2, 1.0, 0.0, 50.0)
         crane_x = BAY * max(1, round(last / 3))
         self.put("Crane", "Crane base", crane_x, y + 1.6)
         self.put("Crane", "Crane boom", crane_x + 1.0, y + 1.6, 7.6, 35.0, 32.0)

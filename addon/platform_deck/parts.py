@@ -234,18 +234,22 @@ def crane_base(detail: Detail) -> Solid:
     return join([pedestal, house, cab, *mast])
 
 
+def _lattice_bays(detail: Detail) -> int:
+    return 6 + detail.sides
+
+
 def crane_boom(detail: Detail) -> Solid:
     """A lattice boom of 26 m along +x with its pendants, hook and line."""
     s = detail.round(0.6)
     pendants = [tube([(-1.2, 0.3 * y, 4.4), (25.2, 0.4 * y, 0.4)], 0.025, 5) for y in (-1.0, 1.0)]
     hook = join([tube([(25.8, 0, -0.3), (25.8, 0, -9.0)], 0.02, 5), moved(box((-0.25, -0.15, -0.8), (0.25, 0.15, 0)), (25.8, 0, -9.0))])
-    return join([lattice(26.0, 1.6, 0.5, 16, 0.08, s), *pendants, hook])
+    return join([lattice(26.0, 1.6, 0.5, _lattice_bays(detail), 0.08, s), *pendants, hook])
 
 
 def flare(detail: Detail) -> Solid:
-    """A flare boom of 40 m along +x with its two gas lines."""
-    lines = [tube([(0, y, -0.4), (40, 0.4 * y, -0.2)], r, detail.round(0.8)) for y, r in ((0.5, 0.22), (-0.4, 0.12))]
-    return join([lattice(40.0, 3.0, 0.4, 18, 0.13, detail.round(0.7)), *lines, moved(cylinder(0.35, 1.8, detail.round()), (40, 0, 0))])
+    """A flare boom of 28 m along +x with its two gas lines."""
+    lines = [tube([(0, y, -0.4), (28, 0.4 * y, -0.2)], r, detail.round(0.8)) for y, r in ((0.5, 0.22), (-0.4, 0.12))]
+    return join([lattice(28.0, 2.6, 0.4, _lattice_bays(detail), 0.12, detail.round(0.7)), *lines, moved(cylinder(0.35, 1.8, detail.round()), (28, 0, 0))])
 
 
 CATALOGUE: dict[str, tuple[Callable[[Detail], Solid], str]] = {

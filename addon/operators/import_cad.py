@@ -1,0 +1,129 @@
+"""`cad_shadow.import_cad`: File > Import > CAD, and CAD files dropped into the viewport or the outliner."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import bpy
+from bpy_extras.io_utils import ImportHelper
+
+from .. import cad_files
+from ..cad_files.sniff import SUFFIXES
+from ..cad_files.units import METRES_PER_UNIT, UPS
+from ..cad_import import to_blender
+from ..cad_model import CadModel
+from ..errors import UserError
+
+UNIT_TITLES = {"m": "Metres", "cm": "Centimetres", "mm": "Millimetres", "um": "Micrometres", "km": "Kilometres", "in": "Inches",
+               "ft": "Feet", "yd": "Yards"}
+
+
+class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
+    """Import CAD files (STEP, glTF, STL, OBJ, PLY, OFF, 3MF) with part names, colours and shared meshes"""
+
+    bl_idname = "cad_shadow.import_cad"
+    bl_label = "Import CAD"
+    bl_options = {"REGISTER", "UNDO"}
+
+    filename_ext = ""
+    filter_glob: bpy.props.StringProperty(default=";".join(f"*{s}" for s in SUFFIXES), options={"HIDDEN"})
+    directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
+    files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
+    units: bpy.props.EnumProperty(
+        name="Unit", default="AUTO", description="The unit of the numbers in the file. STL, OBJ, PLY and OFF do not say theirs",
+        items=[("AUTO", "As the File Says", "What the file says, else metres (3MF: millimetres)"),
+               *((name, UNIT_TITLES[name], f"1 unit in the file is {size:g} m") for name, size in METRES_PER_UNIT.items())])
+    up: bpy.props.EnumProperty(
+        name="Up", default="AUTO", description="The axis of the file that becomes Blender's Z",
+        items=[("AUTO", "Automatic", "Y for glTF and OBJ, Z for all other formats"), *((axis, axis, f"{axis} of the file points up") for axis in UPS)])
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """The file browser; for dropped files only the options."""
+        return self.invoke_popup(context) if self.directory and self.files else ImportHelper.invoke(self, context, event)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Read every file, then make the objects of those that could be read; nothing is made of the others."""
+        paths = self._paths()
+        progress = context.window_manager
+        progress.progress_begin(0, 2 * len(paths))
+        try:
+            models = []
+            for i, path in enumerate(paths):
+                progress.progress_update(i)
+                models += self._read(path)
+            made = []
+            for i, model in enumerate(models):
+                progress.progress_update(len(paths) + i)
+                made.append(to_blender(model, context.collection))
+        finally:
+            progress.progress_end()
+        if not made:
+            return {"CANCELLED"}
+        _select(context, made)
+        self.report({"INFO"}, "Imported " + "; ".join(_summary(m) for m in models))
+        return {"FINISHED"}
+
+    def _paths(self) -> list[Path]:
+        chosen = [Path(self.directory) / f.name for f in self.files if f.name]
+        return chosen or [Path(self.filepath)]
+
+    def _read(self, path: Path) -> list[CadModel]:
+        try:
+            model = cad_files.read(path, None if self.units == "AUTO" else self.units, None if self.up == "AUTO" else self.up)
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return []
+        for warning in model.warnings:
+            self.report({"WARNING"}, warning)
+        return [model]
+
+
+def _select(context: bpy.types.Context, collections: list[bpy.types.Collection]) -> None:
+    for ob in context.selected_objects:
+        ob.select_set(False)
+    objects = [ob for collection in collections for ob in collection.all_objects]
+    for ob in objects:
+        ob.select_set(True)
+    context.view_layer.objects.active = next((ob for ob in objects if ob.data is not None), None)
+
+
+def _summary(model: CadModel) -> str:
+    size = model.bounds()[1] - model.bounds()[0]
+    return (f"{model.name}: {model.part_count:,} parts, {model.triangle_count:,} triangles, "
+            f"{size[0]:.4g} × {size[1]:.4g} × {size[2]:.4g} m (unit {model.units}, {model.up} up)")
+
+
+class CAD_SHADOW_FH_import_cad(bpy.types.FileHandler):
+    """CAD files may be dropped"""
+
+    bl_idname = "CAD_SHADOW_FH_import_cad"
+    bl_label = "CAD (Shadow Preview)"
+    bl_import_operator = CAD_SHADOW_OT_import_cad.bl_idname
+    bl_file_extensions = ";".join(SUFFIXES)
+
+    @classmethod
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
+        """Into the 3D viewport and the outliner."""
+        return context.area is not None and context.area.type in {"VIEW_3D", "OUTLINER"}
+
+
+def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    """The entry in File > Import."""
+    self.layout.operator(CAD_SHADOW_OT_import_cad.bl_idname, text="CAD: STEP, glTF, STL, OBJ, PLY, OFF, 3MF")
+
+
+_classes = (CAD_SHADOW_OT_import_cad, CAD_SHADOW_FH_import_cad)
+
+
+def register() -> None:
+    """Offer the operator, its menu entry and the drop."""
+    for cls in _classes:
+        bpy.utils.register_class(cls)
+    bpy.types.TOPBAR_MT_file_import.append(draw_menu)
+
+
+def unregister() -> None:
+    """Remove them."""
+    bpy.types.TOPBAR_MT_file_import.remove(draw_menu)
+    for cls in reversed(_classes):
+        bpy.utils.unregister_class(cls)
