@@ -136,15 +136,17 @@ def sphere() -> Scene:
     return scene_of(floor(), ball((0.0, 0.0, 1.0), 1.0))
 
 
-def calibration_cards(camera: Camera, light_direction_ws: np.ndarray, distances: np.ndarray, size_px: float = 0.02) -> Scene:
+def calibration_cards(camera: Camera, light_direction_ws: np.ndarray, distances: np.ndarray, size_px: float = 0.02,
+                      spread: float = 1.0) -> Scene:
     """Cards near the view axis that face the mid direction of eye and light (no projection aliasing), side by side so that all are seen.
 
-    `distances` view depths; `size_px` half the edge of a card as a share of the picture's height at its depth.
+    `distances` view depths; `size_px` half the edge of a card and `spread` the room they all take side by side, as shares of the picture's
+    height at their depth.
     """
     cards = []
     for index, distance in enumerate(distances):
         height = 2.0 * distance / camera.clip_from_view[1, 1]
-        aside = (index - (len(distances) - 1) / 2.0) / max(len(distances), 1)
+        aside = spread * (index - (len(distances) - 1) / 2.0) / max(len(distances), 1)
         centre = camera.eye_ws + camera.direction_ws * distance + camera.world_from_view[:3, 0] * (aside * height)
         to_eye = camera.eye_ws - centre
         middle = to_eye / np.linalg.norm(to_eye) + light_direction_ws
