@@ -10,10 +10,11 @@ import bpy
 from addon.cad_files import read
 from addon.cad_import import to_blender
 from addon.pipeline.scene import Scene
+from addon.platform_deck import build
 from addon.snapshot import SceneReader
 
 CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
-DECK_TRIANGLES = 150_000
+DECK = {"triangles": 500_000, "seed": 1, "length_m": 240.0}
 DEV_MODELS = ("tower_crane.glb", "huldra_utilities.glb", "duplex_house.obj", "iea15_floating_turbine.stl", "industrial_ladder.obj",
               "robile_housing.obj", "hand_wheel_valve.ply", "featuretype.step", "cycloidal_drive_mm.glb", "amazing_hand.glb",
               "tray_bottom_mm.stl")
@@ -22,11 +23,7 @@ DEV_MODELS = ("tower_crane.glb", "huldra_utilities.glb", "duplex_house.obj", "ie
 @cache
 def load(name: str) -> Scene:
     """A scene by name: 'deck', or a file of the dev models. Blender's data is emptied before and after."""
-    if name == "deck":
-        from addon.platform_deck import build
-        model = build(DECK_TRIANGLES)
-    else:
-        model = read(CAD_DEV / name)
+    model = build(**DECK) if name == "deck" else read(CAD_DEV / name)
     bpy.ops.wm.read_factory_settings(use_empty=True)
     to_blender(model, bpy.context.scene.collection)
     scene = SceneReader().read(bpy.context.evaluated_depsgraph_get())

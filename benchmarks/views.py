@@ -36,15 +36,20 @@ class View:
     camera: Camera
 
 
+def _sun(camera: Camera, elevation_deg: float, azimuth_deg: float, name: str) -> Light:
+    forward = camera.direction_ws
+    e, a = radians(elevation_deg), np.arctan2(forward[1], forward[0]) + radians(azimuth_deg)
+    return Light("sun", np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)]), name=name)
+
+
 def lights(camera: Camera) -> dict[str, Light]:
     """The five suns of one view."""
-    forward = camera.direction_ws
-    heading = np.arctan2(forward[1], forward[0])
-    out = {}
-    for name, (elevation, azimuth) in LIGHTS.items():
-        e, a = radians(elevation), heading + radians(azimuth)
-        out[name] = Light("sun", np.array([cos(e) * cos(a), cos(e) * sin(a), sin(e)]), name=name)
-    return out
+    return {name: _sun(camera, elevation, azimuth, name) for name, (elevation, azimuth) in LIGHTS.items()}
+
+
+def elevated(camera: Camera, elevations_deg: tuple[float, ...], azimuth_deg: float = 110.0) -> dict[str, Light]:
+    """Suns at these heights, all from the side and a little behind."""
+    return {f"{e:.1f}°": _sun(camera, e, azimuth_deg, f"{e:.1f}°") for e in elevations_deg}
 
 
 def _camera(eye: np.ndarray, target: np.ndarray, near: float, far: float, name: str) -> Camera:
@@ -93,6 +98,7 @@ def views(model: str, scene: Scene) -> tuple[View, ...]:
 
 
 def deck_views(scene: Scene) -> tuple[View, ...]:
-    """Three walks over the deck, eye at 1.7 m above it."""
-    low, high = scene.bounds_ws() + scene.origin_ws
-    raise NotImplementedError(low, high)
+    """Along the 240 m deck of `models.DECK`: beside the pipe rack under gratings, beside it the other way, and from above the rack."""
+    return (within(scene, "walk", (239.0, 10.4, 1.7), (100.0, 9.0, 1.0), 1.0),
+            within(scene, "alley", (60.0, 11.4, 1.7), (200.0, 11.4, 1.0), 1.0),
+            within(scene, "bridge", (30.0, 6.0, 9.0), (160.0, 8.0, 2.0), 1.0))

@@ -1,0 +1,107 @@
+"""Many settings against one truth: every view and light is traced once, every setting rendered and compared with it."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from statistics import fmean, median
+from time import perf_counter
+
+from addon.errors import SceneError
+from addon.maths.view import Light
+from addon.pipeline.renderer import shared_renderer
+from addon.pipeline.scene import Scene
+from addon.pipeline.settings import Settings
+from addon.truth import TruthTracer, compare
+from addon.truth.compare import COMPARED_PASSES
+from benchmarks import models, views
+
+
+@dataclass(frozen=True)
+class Row:
+    """One picture measured: where, with what, and what came out. `m_*` the measured error m, `*_ms` of the renderer's stages."""
+
+    model: str
+    view: str
+    kind: str
+    light: str
+    method: str
+    depth_ratio: float
+    pixels: int
+    misclassified_pct: float | None
+    acne_pct: float | None
+    leak_pct: float | None
+    edge_px_p95: float | None
+    m_p95: float | None
+    m_max: float | None
+    shadow_ms: float
+    shade_ms: float
+
+
+def measure(names: Iterable[str], methods: Mapping[str, Settings], elevations: tuple[float, ...] = (), only_first_view: bool = False,
+            size: tuple[int, int] = views.SIZE) -> Iterator[Row]:
+    """Rows of every model × view × light × method, in that order. A view in which nothing faces the light is left out.
+
+    `elevations` (degrees) replaces the five lights by suns at these heights, from the side.
+    """
+    for name in names:
+        scene = models.load(name)
+        tracer = TruthTracer(scene, "embree")
+        for view in views.views(name, scene)[: 1 if only_first_view else None]:
+            suns = views.elevated(view.camera, elevations) if elevations else views.lights(view.camera)
+            for light_name, light in suns.items():
+                begin = perf_counter()
+                yield from _measure_light(name, scene, tracer, view, light, methods, size)
+                print(f"{name} {view.name} {light_name}: {perf_counter() - begin:.1f} s", file=sys.stderr, flush=True)
+
+
+def _measure_light(name: str, scene: Scene, tracer: TruthTracer, view: views.View, light: Light, methods: Mapping[str, Settings],
+                   size: tuple[int, int]) -> Iterator[Row]:
+    truth = tracer.trace(view.camera, light, size)
+    if not truth.lit_facing.any():
+        return
+    ratio = views.depth_ratio(truth.depth)
+    for method, settings in methods.items():
+        frame = shared_renderer().render(scene, view.camera, light, settings, size=size, passes=COMPARED_PASSES)
+        result, _ = compare(frame, truth, view.camera, light, settings.fit.size, tracer)
+        numbers = {key: result[key] for key in ("pixels", "misclassified_pct", "acne_pct", "leak_pct", "edge_px_p95")}
+        yield Row(name, view.name, view.kind, light.name, method, ratio, **numbers, m_p95=frame.measured["m_p95"],
+                  m_max=frame.measured["m_max"], shadow_ms=frame.timing_ms["shadow"], shade_ms=frame.timing_ms["shade"])
+
+
+def kept(path: Path, rows: Iterator[Row]) -> list[Row]:
+    """The rows, written to `path` as they come (one JSON object a line), so that a long run that is stopped leaves what it has."""
+    out = []
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w", encoding="utf-8") as file:
+        for row in rows:
+            out.append(row)
+            file.write(json.dumps(asdict(row)) + "\n")
+            file.flush()
+    return out
+
+
+def read(path: Path) -> list[Row]:
+    """Rows that `kept` wrote."""
+    return [Row(**json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def mean(rows: Iterable[Row], key: str) -> float:
+    """Mean of a column over rows where it is known; raises `SceneError` when there is none."""
+    values = [getattr(row, key) for row in rows if getattr(row, key) is not None]
+    if not values:
+        raise SceneError(f"No row has a value of {key}.")
+    return fmean(values)
+
+
+def middle(rows: Iterable[Row], key: str) -> float:
+    """Median of a column over rows where it is known."""
+    return median(getattr(row, key) for row in rows if getattr(row, key) is not None)
+
+
+def where(rows: Iterable[Row], **equal: object) -> list[Row]:
+    """Rows whose columns have these values (a tuple: one of them)."""
+    return [row for row in rows if all(getattr(row, k) in v if isinstance(v, tuple) else getattr(row, k) == v for k, v in equal.items())]

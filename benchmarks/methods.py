@@ -1,0 +1,48 @@
+"""The settings that are compared. Equal texels within a table: one map of N², or k maps of N²/k (sides rounded down to whole texels)."""
+
+from __future__ import annotations
+
+from math import isqrt
+
+from addon.maths.choices import WARPS
+from addon.pipeline.settings import Settings
+
+TEXELS = 2048**2
+ELEVATIONS = tuple(2.0 + 88.0 * i / 19.0 for i in range(20))
+
+
+def settings(warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, **test: object) -> Settings:
+    """One method at a number of texels in all its maps together. `faces` has up to four maps, `faces-z` four times as many as slices."""
+    maps = {"none": 1, "faces": 4, "faces-z": 4 * count}.get(partition, count)
+    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition, "count": max(count, 1)},
+                               fit={"kind": fit, "size": isqrt(texels // maps)}, test=test)
+
+
+FIRST_LIGHT_WARP = {warp: settings(warp, fit="scene") for warp in ("uniform", "lispsm", "lispsm-general")}
+FIRST_LIGHT_FIT = {fit: settings("lispsm-general", fit=fit) for fit in ("scene", "samples")}
+
+PARTITIONED = (("z-log", 4), ("z-linear", 4), ("z-pssm", 4), ("z-pseudo-near", 4), ("z-adaptive", 4), ("faces", 1), ("faces-z", 2))
+METHODS = {
+    **{f"{warp}, one map, {fit}": settings(warp, fit=fit) for fit in ("scene", "samples") for warp in WARPS},
+    **{f"{warp}, {kind} {count}, {fit}": settings(warp, kind, count, fit)
+       for fit in ("scene", "samples") for warp in ("uniform", "lispsm-general") for kind, count in PARTITIONED},
+    "frustum fit: uniform, one map": settings("uniform", fit="frustum"),
+    "frustum fit: lispsm-general, one map": settings("lispsm-general", fit="frustum"),
+}
+
+BIAS_VALUES = {"constant": (0.001, 0.003, 0.01, 0.03, 0.1), "slope-scaled": (0.5, 1.0, 1.5, 2.5, 4.0),
+               "normal-offset": (0.5, 1.0, 1.5, 2.5), "receiver-plane": (0.0, 0.25, 0.5, 1.0)}
+BIAS_METHODS = {
+    f"{name}, {warp}, {size}²": settings(warp, texels=size * size, **test)
+    for warp in ("uniform", "lispsm-general", "logpsm") for size in (512, 1024, 2048, 4096)
+    for name, test in (("automatic", {"bias_strategy": "automatic"}),
+                       *((f"{strategy} {value}", {"bias_strategy": strategy, "bias": value})
+                         for strategy, values in BIAS_VALUES.items() for value in values))
+    if name == "automatic" or size in (1024, 2048)
+}
+
+EXACT_METHODS = {
+    f"{name}, {size}²": settings("lispsm-general", texels=size * size, **test)
+    for size, tests in ((1024, ("depth", "exact", "pcf")), (2048, ("depth", "exact", "pcf")), (8192, ("depth",)))
+    for name, test in (("depth", {}), ("exact", {"kind": "triangle"}), ("pcf", {"pcf": 9})) if name in tests
+}

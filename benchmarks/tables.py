@@ -1,0 +1,133 @@
+"""Rows → Markdown. `write` makes docs/quality.md from whatever has been measured; a table without rows is left out and named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from benchmarks.measure import Row, mean, middle, read, where
+
+INTRO = """# Quality, measured
+
+Made by `python -m benchmarks.quality` (see its help); do not edit. Every number compares a rendered view with ray-traced truth at the
+pixel centres (`addon/truth`), hard sun, 640×360, three views × five lights of each model (`benchmarks/views.py`).
+
+- **misclassified**: pixels lit in one and dark in the other, in per cent of the pixels whose surface faces the light, edges included.
+- **acne** / **leak**: those of them (dark here / lit here) around which the truth is uniform within two pixels or one texel's
+  footprint, whichever is larger. A texel of edge error is neither.
+- **edge**: distance of a true shadow edge to the nearest edge of the preview, pixels (95th percentile).
+- **m**: pixels of the picture covered by one texel of the map (the report's `measured`).
+- Means are over view/light pairs, each pair counting the same. *At*: view at an object, f/n of what is visible < 15; *along*: ≥ 20.
+"""
+
+
+def table(head: Iterable[str], lines: Iterable[Iterable[object]]) -> str:
+    """A Markdown table; floats with two digits, None as –."""
+    def cell(value: object) -> str:
+        return "–" if value is None else f"{value:.2f}" if isinstance(value, float) else str(value)
+
+    head = list(head)
+    return "\n".join("| " + " | ".join(row) + " |" for row in
+                     ([cell(c) for c in line] for line in (head, ["---"] * len(head), *lines)))
+
+
+def first_light_warp(rows: list[Row]) -> str:
+    """Uniform against the LiSPSMs on the deck, pair by pair and in the mean."""
+    methods = list(dict.fromkeys(row.method for row in rows))
+    pairs = list(dict.fromkeys((row.view, row.light) for row in rows))
+    lines = [(view, light, round(where(rows, view=view, light=light)[0].depth_ratio),
+              *(mean(where(rows, view=view, light=light, method=m), "misclassified_pct") for m in methods)) for view, light in pairs]
+    means = [mean(where(rows, method=m), "misclassified_pct") for m in methods]
+    ratio = means[methods.index("lispsm-general")] / means[methods.index("uniform")]
+    return ("## First light: the warp, along a scene\n\nPlatform deck (500 thousand triangles, 240 m), one 2048² map, `scene` fit; "
+            f"misclassified %. Generalised LiSPSM over uniform: **{ratio:.2f}** (wanted ≤ 0.6).\n\n"
+            + table(("view", "light", "f/n", *methods), [*lines, ("**mean**", "", "", *means)]))
+
+
+def first_light_fit(rows: list[Row]) -> str:
+    """`samples` against `scene`, outside views."""
+    lines, gains = [], []
+    for model in dict.fromkeys(row.model for row in rows):
+        for view in dict.fromkeys(row.view for row in where(rows, model=model)):
+            cells = [mean(where(rows, model=model, view=view, method=fit), "misclassified_pct") for fit in ("scene", "samples")]
+            lines.append((model, view, *cells, cells[0] / cells[1]))
+        whole = [mean(where(rows, model=model, method=fit), "misclassified_pct") for fit in ("scene", "samples")]
+        lines.append((f"**{model}**", "mean", *whole, whole[0] / whole[1]))
+        gains.append(f"{model} **{whole[0] / whole[1]:.2f} ×**")
+    return ("## First light: the fit, at an object\n\nGeneralised LiSPSM, one 2048² map, mean of five lights; misclassified %. "
+            f"Gain of `samples` over `scene`: {', '.join(gains)} (wanted ≥ 1.3 ×).\n\n"
+            + table(("model", "view", "scene", "samples", "gain"), lines))
+
+
+def methods(rows: list[Row]) -> str:
+    """Methods × models at equal texels, and the same by class of view."""
+    models = list(dict.fromkeys(row.model for row in rows))
+    names = list(dict.fromkeys(row.method for row in rows))
+    wide = [(name, *(mean(where(rows, method=name, model=m), "misclassified_pct") for m in models)) for name in names]
+    classes = {"at": [r for r in rows if r.depth_ratio < 15.0], "along": [r for r in rows if r.depth_ratio >= 20.0]}
+    lines = []
+    for name in names:
+        cells: list[object] = [name]
+        for members in classes.values():
+            mine = where(members, method=name)
+            largest = max((r.m_max for r in mine if r.m_max is not None), default=None)
+            cells += [mean(mine, "misclassified_pct"), mean(mine, "m_p95"), largest] if mine else [None] * 3
+        mine = where(rows, method=name)
+        lines.append((*cells, mean(mine, "acne_pct"), mean(mine, "leak_pct"), middle(mine, "shadow_ms"), middle(mine, "shade_ms")))
+    return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified %, 95th percentile of m (mean over pairs), largest m; "
+            "acne and leak over all; milliseconds of the shadow and shading passes on the CPU rasteriser (median).\n\n"
+            + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "acne %", "leak %", "shadow ms",
+                     "shade ms"), lines)
+            + "\n\nMisclassified % by model (mean of 15 pairs):\n\n" + table(("method", *(Path(m).stem for m in models)), wide))
+
+
+def bias(rows: list[Row]) -> str:
+    """Each strategy at its best single value against automatic, by warp and map size."""
+    keyed = [(row, *row.method.split(", ")) for row in rows]
+    lines = []
+    for warp, size in dict.fromkeys((w, s) for _, _, w, s in keyed):
+        mine: dict[str, list[Row]] = {}
+        for row, name, w, s in keyed:
+            if (w, s) == (warp, size):
+                mine.setdefault(name, []).append(row)
+        for strategy in dict.fromkeys(name.split()[0] for name in mine):
+            candidates = [name for name in mine if name.split()[0] == strategy]
+            best = min(candidates, key=lambda name: mean(mine[name], "misclassified_pct"))
+            chosen = mine[best]
+            lines.append((warp, size, best, mean(chosen, "misclassified_pct"),
+                          mean(chosen, "acne_pct"), max(r.acne_pct or 0.0 for r in chosen),
+                          mean(chosen, "leak_pct"), max(r.leak_pct or 0.0 for r in chosen)))
+    return ("## Bias\n\nOne view per model (320×180), 20 light elevations from 2° to 90°, `samples` fit, one map. Every strategy at the "
+            "single value with the fewest misclassified pixels; wanted of automatic: acne ≤ 0.02 %, leak ≤ 0.1 %.\n\n"
+            + table(("warp", "map", "strategy and value", "wrong %", "acne %", "worst", "leak %", "worst"), lines))
+
+
+def exact(rows: list[Row]) -> str:
+    """Triangle-exact against depth, by model."""
+    names = list(dict.fromkeys(row.method for row in rows))
+    models = list(dict.fromkeys(row.model for row in rows))
+    lines = [(model, *(mean(where(rows, model=model, method=n), "misclassified_pct") for n in names)) for model in models]
+    means = {n: mean(where(rows, method=n), "misclassified_pct") for n in names}
+    ratios = [f"{size}: **{means[f'exact, {size}'] / means[f'depth, {size}']:.2f}**" for size in ("1024²", "2048²")]
+    costs = [(n, middle(where(rows, method=n), "shade_ms"), mean(where(rows, method=n), "acne_pct")) for n in names]
+    return ("## The triangle-exact test\n\nGeneralised LiSPSM, `samples` fit, one map, automatic bias; misclassified %. "
+            f"Exact over depth: {', '.join(ratios)} (wanted ≤ 0.35).\n\n"
+            + table(("model", *names), [*lines, ("**mean**", *means.values())]) + "\n\n"
+            + table(("test", "shade ms (median)", "acne %"), costs))
+
+
+SECTIONS = {"first-light-warp": first_light_warp, "first-light-fit": first_light_fit, "methods": methods, "bias": bias, "exact": exact}
+
+
+def write(page: Path, results: Path, machine: str) -> None:
+    """The page from the rows that are there."""
+    parts = [INTRO]
+    for name, section in SECTIONS.items():
+        path = results / f"{name}.jsonl"
+        if path.is_file() and (rows := read(path)):
+            parts.append(section(rows))
+        else:
+            parts.append(f"*Not measured yet: `{name}`.*")
+    parts.append(f"---\nMeasured with {machine}; OpenGL on the CPU (Mesa llvmpipe) unless said otherwise.\n")
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text("\n\n".join(parts), encoding="utf-8")
