@@ -17,8 +17,12 @@ def scene_from_model(model: CadModel, crease_angle_rad: float = DEFAULT_CREASE_R
     prepared = prepare_all([_raw(m) for m in model.meshes], [(model.name, i) for i in range(len(model.meshes))], crease_angle_rad)
     first = np.cumsum([0] + [len(p.meshes) for p in prepared])
     world = model.world_from_part()
-    rows = [(first[part.mesh] + k, i, slot) for i, part in enumerate(model.parts) if part.mesh >= 0
-            for k, slot in enumerate(prepared[part.mesh].slots)]
+    rows = [
+        (first[part.mesh] + k, i, slot)
+        for i, part in enumerate(model.parts)
+        if part.mesh >= 0
+        for k, slot in enumerate(prepared[part.mesh].slots)
+    ]
     mesh_index, part_index, slots = (np.array(column, dtype=np.int64) for column in zip(*rows, strict=True))
     offsets = np.array([prepared[model.parts[i].mesh].offset_os for i in part_index])
     matrices = world[part_index].copy()
@@ -28,7 +32,9 @@ def scene_from_model(model: CadModel, crease_angle_rad: float = DEFAULT_CREASE_R
     origin = np.round(model.bounds().mean(axis=0))
     matrices[:, :3, 3] -= origin
     instances = Instances(mesh_index, matrices, object_id, slots, colors)
-    return Scene(tuple(m for p in prepared for m in p.meshes), instances, tuple(model.parts[i].name for i in shown), origin, warnings=model.warnings)
+    return Scene(
+        tuple(m for p in prepared for m in p.meshes), instances, tuple(model.parts[i].name for i in shown), origin, warnings=model.warnings
+    )
 
 
 def _raw(mesh: CadMesh) -> RawMesh:

@@ -19,9 +19,12 @@ Point = tuple[float, float, float]
 # direction from the target to the eye, and the up vector, by view name
 VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "iso": ((1.0, -1.0, 0.816496580927726), (0.0, 0.0, 1.0)),
-    "front": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)), "back": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-    "left": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), "right": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-    "top": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)), "bottom": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "front": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+    "back": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+    "left": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "right": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "top": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "bottom": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
 }
 DEFAULT_FOV_Y_RAD = radians(40.0)
 MARGIN = 0.06
@@ -96,7 +99,7 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
 
 
 def outline_points(scene: Scene) -> np.ndarray:
-    """(P, 3) points whose convex hull holds the scene: all placed vertices, or beyond `MOST_VERTICES` the corners of the instances' boxes."""
+    """(P, 3) points whose hull holds the scene: all placed vertices, or beyond `MOST_VERTICES` the corners of the instances' boxes."""
     index, matrices = scene.instances.mesh_index, scene.instances.world_from_object
     if sum(len(scene.meshes[i].positions) for i in index) > MOST_VERTICES:
         return corners(scene.instance_bounds_ws())
@@ -124,8 +127,9 @@ def depth_range(view_from_world: np.ndarray, points_ws: np.ndarray) -> tuple[flo
     return max(low - slack, far / 2000.0), far
 
 
-def camera_from_eye(scene: Scene, size: tuple[int, int], eye: Point, target: Point, up: Point = (0.0, 0.0, 1.0),
-                    fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
+def camera_from_eye(
+    scene: Scene, size: tuple[int, int], eye: Point, target: Point, up: Point = (0.0, 0.0, 1.0), fov_y_rad: float = DEFAULT_FOV_Y_RAD
+) -> Camera:
     """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views."""
     view = look_at(np.array(eye) - scene.origin_ws, np.array(target) - scene.origin_ws, np.array(up))
     near, far = depth_range(view, corners(scene.instance_bounds_ws()))

@@ -25,8 +25,15 @@ from .units import FORMAT_DEFAULTS, METRES_PER_UNIT, UPS
 __all__ = ["FORMAT_DEFAULTS", "METRES_PER_UNIT", "SUFFIXES", "UPS", "read"]
 
 READERS: dict[str, Callable[[Path], RawFile]] = {
-    ".glb": read_gltf, ".gltf": read_gltf, ".stl": read_single, ".ply": read_single, ".off": read_single, ".obj": read_obj,
-    ".3mf": read_3mf, ".step": read_step, ".stp": read_step,
+    ".glb": read_gltf,
+    ".gltf": read_gltf,
+    ".stl": read_single,
+    ".ply": read_single,
+    ".off": read_single,
+    ".obj": read_obj,
+    ".3mf": read_3mf,
+    ".step": read_step,
+    ".stp": read_step,
 }
 log = logging.getLogger(__name__)
 

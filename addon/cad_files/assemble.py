@@ -35,7 +35,9 @@ def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> Cad
     parts = _parts(raw, kept, scale, z_up_from(axis), warnings)
     if not any(p.mesh >= 0 for p in parts):
         raise CadFileError(f"{file.name} holds meshes but places none of them in its scene: export the scene, not only the library.")
-    return CadModel(file.stem, tuple(m for m in meshes.values() if m is not None), parts, tuple(builder.materials), unit, scale, axis, tuple(warnings))
+    return CadModel(
+        file.stem, tuple(m for m in meshes.values() if m is not None), parts, tuple(builder.materials), unit, scale, axis, tuple(warnings)
+    )
 
 
 def _parts(raw: RawFile, kept: dict[object, int], scale: float, turn: np.ndarray, warnings: list[str]) -> tuple[CadPart, ...]:

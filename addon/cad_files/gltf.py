@@ -38,7 +38,7 @@ def read_glb_bytes(data: bytes) -> RawFile:
 def _header(data: bytes) -> dict:
     if data[:4] == b"glTF":
         length = int.from_bytes(data[12:16], "little")
-        return json.loads(data[20:20 + length])
+        return json.loads(data[20 : 20 + length])
     return json.loads(data)
 
 
@@ -84,8 +84,12 @@ def _material(material: object, exact: dict) -> CadMaterial:
         stored = material.baseColorFactor
         color = (1.0, 1.0, 1.0, 1.0) if stored is None else np.asarray(stored) / 255.0
     metallic, roughness = material.metallicFactor, material.roughnessFactor
-    return CadMaterial(material.name or "Material", tuple(float(c) for c in color), 1.0 if metallic is None else float(metallic),
-                       1.0 if roughness is None else float(roughness))
+    return CadMaterial(
+        material.name or "Material",
+        tuple(float(c) for c in color),
+        1.0 if metallic is None else float(metallic),
+        1.0 if roughness is None else float(roughness),
+    )
 
 
 def _add_nodes(raw: RawFile, loaded: dict, geometry: dict, pieces: dict) -> None:
@@ -94,7 +98,11 @@ def _add_nodes(raw: RawFile, loaded: dict, geometry: dict, pieces: dict) -> None
     edges = []
     for edge in loaded["graph"]:
         name = edge.get("geometry")
-        if name is not None and geometry[name].get("metadata", {}).get("from_gltf_primitive") and edge["frame_to"].startswith(edge["frame_from"] + "_"):
+        if (
+            name is not None
+            and geometry[name].get("metadata", {}).get("from_gltf_primitive")
+            and edge["frame_to"].startswith(edge["frame_from"] + "_")
+        ):
             primitives.setdefault(edge["frame_from"], []).append(name)
         else:
             edges.append(edge)

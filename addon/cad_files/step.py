@@ -17,7 +17,9 @@ def read_step(path: Path) -> RawFile:
     try:
         import cascadio
     except ImportError as error:
-        raise CadFileError(f"{path.name} is a STEP file, and the reader for STEP (cascadio) is not installed: use the zip for your platform.") from error
+        raise CadFileError(
+            f"{path.name} is a STEP file, and the reader for STEP (cascadio) is not installed: use the zip for your platform."
+        ) from error
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "model.glb"
         status = cascadio.step_to_glb(str(path), str(out), LINEAR_TOLERANCE, ANGULAR_TOLERANCE_RAD, merge_primitives=False)

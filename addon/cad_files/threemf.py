@@ -71,7 +71,9 @@ class _Package:
             elif tag in ("basematerials", "colorgroup"):
                 self.palettes[name, element.get("id", "")] = [_palette_entry(e) for e in element]
             elif tag == "item" and is_root:
-                self.build.append(((_file_of(element, name), element.get("objectid", "")), _matrix(element.get("transform")), element.get("partnumber")))
+                self.build.append(
+                    ((_file_of(element, name), element.get("objectid", "")), _matrix(element.get("transform")), element.get("partnumber"))
+                )
 
     def place(self, raw: RawFile, item: tuple, parent: int, depth: int) -> None:
         """Add one build item or component and all below it."""

@@ -7,15 +7,36 @@ import numpy as np
 from ..errors import CadFileError
 
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
-LONG_NAMES = {"metre": "m", "meter": "m", "metres": "m", "meters": "m", "centimeter": "cm", "centimetre": "cm", "millimeter": "mm",
-              "millimetre": "mm", "millimeters": "mm", "millimetres": "mm", "micron": "um", "inch": "in", "inches": "in", "foot": "ft",
-              "feet": "ft"}
+LONG_NAMES = {
+    "metre": "m",
+    "meter": "m",
+    "metres": "m",
+    "meters": "m",
+    "centimeter": "cm",
+    "centimetre": "cm",
+    "millimeter": "mm",
+    "millimetre": "mm",
+    "millimeters": "mm",
+    "millimetres": "mm",
+    "micron": "um",
+    "inch": "in",
+    "inches": "in",
+    "foot": "ft",
+    "feet": "ft",
+}
 UPS = ("X", "Y", "Z", "-X", "-Y", "-Z")
 
 # unit and up axis when the file says nothing; the last entry tells whether the format itself fixes the unit
 FORMAT_DEFAULTS = {
-    ".glb": ("m", "Y", True), ".gltf": ("m", "Y", True), ".step": ("m", "Z", True), ".stp": ("m", "Z", True), ".3mf": ("mm", "Z", True),
-    ".obj": ("m", "Y", False), ".stl": ("m", "Z", False), ".ply": ("m", "Z", False), ".off": ("m", "Z", False),
+    ".glb": ("m", "Y", True),
+    ".gltf": ("m", "Y", True),
+    ".step": ("m", "Z", True),
+    ".stp": ("m", "Z", True),
+    ".3mf": ("mm", "Z", True),
+    ".obj": ("m", "Y", False),
+    ".stl": ("m", "Z", False),
+    ".ply": ("m", "Z", False),
+    ".off": ("m", "Z", False),
 }
 
 
@@ -30,8 +51,12 @@ def metres_per_unit(unit: str) -> tuple[str, float]:
 def z_up_from(up: str) -> np.ndarray:
     """(3, 3) rotation that turns the file's up axis to +Z, about a horizontal axis (identity for Z, y-up turns as glTF's does)."""
     rotations = {
-        "Z": np.eye(3), "Y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), "X": np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]]),
-        "-Z": np.diag([1, -1, -1]), "-Y": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]), "-X": np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
+        "Z": np.eye(3),
+        "Y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+        "X": np.array([[0, 0, -1], [0, 1, 0], [1, 0, 0]]),
+        "-Z": np.diag([1, -1, -1]),
+        "-Y": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]),
+        "-X": np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]]),
     }
     key = up.strip().upper()
     if key not in rotations:

@@ -14,8 +14,16 @@ from ..cad_import import to_blender
 from ..cad_model import CadModel
 from ..errors import UserError
 
-UNIT_TITLES = {"m": "Metres", "cm": "Centimetres", "mm": "Millimetres", "um": "Micrometres", "km": "Kilometres", "in": "Inches",
-               "ft": "Feet", "yd": "Yards"}
+UNIT_TITLES = {
+    "m": "Metres",
+    "cm": "Centimetres",
+    "mm": "Millimetres",
+    "um": "Micrometres",
+    "km": "Kilometres",
+    "in": "Inches",
+    "ft": "Feet",
+    "yd": "Yards",
+}
 
 
 class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
@@ -30,12 +38,23 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
     directory: bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE", "HIDDEN"})
     files: bpy.props.CollectionProperty(type=bpy.types.OperatorFileListElement, options={"SKIP_SAVE", "HIDDEN"})
     units: bpy.props.EnumProperty(
-        name="Unit", default="AUTO", description="The unit of the numbers in the file. STL, OBJ, PLY and OFF do not say theirs",
-        items=[("AUTO", "As the File Says", "What the file says, else metres (3MF: millimetres)"),
-               *((name, UNIT_TITLES[name], f"1 unit in the file is {size:g} m") for name, size in METRES_PER_UNIT.items())])
+        name="Unit",
+        default="AUTO",
+        description="The unit of the numbers in the file. STL, OBJ, PLY and OFF do not say theirs",
+        items=[
+            ("AUTO", "As the File Says", "What the file says, else metres (3MF: millimetres)"),
+            *((name, UNIT_TITLES[name], f"1 unit in the file is {size:g} m") for name, size in METRES_PER_UNIT.items()),
+        ],
+    )
     up: bpy.props.EnumProperty(
-        name="Up", default="AUTO", description="The axis of the file that becomes Blender's Z",
-        items=[("AUTO", "Automatic", "Y for glTF and OBJ, Z for all other formats"), *((axis, axis, f"{axis} of the file points up") for axis in UPS)])
+        name="Up",
+        default="AUTO",
+        description="The axis of the file that becomes Blender's Z",
+        items=[
+            ("AUTO", "Automatic", "Y for glTF and OBJ, Z for all other formats"),
+            *((axis, axis, f"{axis} of the file points up") for axis in UPS),
+        ],
+    )
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """The file browser; for dropped files only the options."""
@@ -89,8 +108,10 @@ def _select(context: bpy.types.Context, collections: list[bpy.types.Collection])
 
 def _summary(model: CadModel) -> str:
     size = model.bounds()[1] - model.bounds()[0]
-    return (f"{model.name}: {model.part_count:,} parts, {model.triangle_count:,} triangles, "
-            f"{size[0]:.4g} × {size[1]:.4g} × {size[2]:.4g} m (unit {model.units}, {model.up} up)")
+    return (
+        f"{model.name}: {model.part_count:,} parts, {model.triangle_count:,} triangles, "
+        f"{size[0]:.4g} × {size[1]:.4g} × {size[2]:.4g} m (unit {model.units}, {model.up} up)"
+    )
 
 
 class CAD_SHADOW_FH_import_cad(bpy.types.FileHandler):

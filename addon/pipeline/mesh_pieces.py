@@ -21,7 +21,7 @@ TRIANGLES_AT_ONCE = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """`positions` (V, 3) float32, `triangles` (T, 3) int32, `slots` (T,) int32 or None (all 0), `corner_normals` (T, 3, 3) float32 or None."""
+    """`positions` (V, 3) float32, `triangles` (T, 3) int32, `slots` (T,) int32 or None = all 0, `corner_normals` (T, 3, 3) float32."""
 
     positions: np.ndarray
     triangles: np.ndarray
@@ -96,7 +96,9 @@ class _Joined:
         self.group = np.repeat(np.arange(len(raws), dtype=np.int32), self.vertex_counts)
         self.owner = np.repeat(np.arange(len(raws), dtype=np.int32), self.triangle_counts)
         self.positions = np.concatenate([r.positions for r in raws])
-        self.triangles = np.concatenate([r.triangles for r in raws]) + np.repeat(self.firsts, self.triangle_counts).astype(np.int32)[:, None]
+        self.triangles = (
+            np.concatenate([r.triangles for r in raws]) + np.repeat(self.firsts, self.triangle_counts).astype(np.int32)[:, None]
+        )
         self.slots = self._joined_slots()
 
     def _joined_slots(self) -> np.ndarray | None:
@@ -108,7 +110,11 @@ class _Joined:
         """The pieces of every mesh, in order."""
         keep, total = drawable(self.positions, self.triangles)
         defects = [drawable(r.positions, r.triangles)[1] for r in self.raws] if total else [total] * len(self.raws)
-        normals = None if self.raws[0].corner_normals is None or not _has_normals(self.raws[0]) else np.concatenate([r.corner_normals for r in self.raws])
+        normals = (
+            None
+            if self.raws[0].corner_normals is None or not _has_normals(self.raws[0])
+            else np.concatenate([r.corner_normals for r in self.raws])
+        )
         if total:
             self.positions = np.where(np.isfinite(self.positions), self.positions, np.float32(0.0))
             self.triangles, self.owner = self.triangles[keep], self.owner[keep]

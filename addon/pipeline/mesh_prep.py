@@ -31,15 +31,20 @@ class Defects:
     zero_area_faces: int = 0
 
     def __add__(self, other: Defects) -> Defects:
-        return Defects(self.bad_vertices + other.bad_vertices, self.bad_faces + other.bad_faces, self.zero_area_faces + other.zero_area_faces)
+        return Defects(
+            self.bad_vertices + other.bad_vertices, self.bad_faces + other.bad_faces, self.zero_area_faces + other.zero_area_faces
+        )
 
     def __bool__(self) -> bool:
         return bool(self.bad_vertices or self.bad_faces or self.zero_area_faces)
 
     def sentence(self, of: str = "") -> str:
         """One line for a report's warnings; `of` names the mesh."""
-        parts = [(self.bad_vertices, "vertices that are NaN or infinite"), (self.bad_faces, "faces that use them"),
-                 (self.zero_area_faces, "faces without area")]
+        parts = [
+            (self.bad_vertices, "vertices that are NaN or infinite"),
+            (self.bad_faces, "faces that use them"),
+            (self.zero_area_faces, "faces without area"),
+        ]
         found = ", ".join(f"{count} {what}" for count, what in parts if count)
         return f"Left out{f' of {of}' if of else ''}: {found}."
 
@@ -144,8 +149,9 @@ def _any_differs(columns: Columns) -> np.ndarray:
 
 
 @np.errstate(under="ignore")
-def shade_by_crease(positions: np.ndarray, triangles: np.ndarray, crease_angle_rad: float = DEFAULT_CREASE_RAD,
-                    group: np.ndarray | None = None) -> Shaded:
+def shade_by_crease(
+    positions: np.ndarray, triangles: np.ndarray, crease_angle_rad: float = DEFAULT_CREASE_RAD, group: np.ndarray | None = None
+) -> Shaded:
     """Claim: at each corner the mean, weighted by corner angle, of the normals of all faces that meet at this point and differ from
     this corner's face by at most `crease_angle_rad`; vertices are split where that gives different normals, welded where it does not.
 
@@ -194,7 +200,9 @@ def _rough_points(mean: Columns, normals: Columns, corners: np.ndarray, limit: f
     return rough
 
 
-def _crease_corners(normals: Columns, weights: np.ndarray, corners: np.ndarray, rough: np.ndarray, min_cos: float) -> tuple[np.ndarray, Columns]:
+def _crease_corners(
+    normals: Columns, weights: np.ndarray, corners: np.ndarray, rough: np.ndarray, min_cos: float
+) -> tuple[np.ndarray, Columns]:
     """The corners at rough points, sorted by point, and the crease normal of each, found by comparing every two corners of a point."""
     flat = corners.ravel()
     corner = np.flatnonzero(rough[flat])
@@ -225,7 +233,7 @@ def _chunk_means(own: Columns, weighted: Columns, start: np.ndarray, size: np.nd
     """Normalised sums over the near ones among the corners start…start+size of each corner first, first + 1, …"""
     begin = np.cumsum(size) - size
     other = np.arange(int(size.sum())) + np.repeat(start - begin, size)
-    near = _dot([np.repeat(n[first:first + len(size)], size) for n in own], [n[other] for n in own]) >= min_cos - 1e-6
+    near = _dot([np.repeat(n[first : first + len(size)], size) for n in own], [n[other] for n in own]) >= min_cos - 1e-6
     total = [np.add.reduceat(w[other] * near, begin) for w in weighted]
     length = np.sqrt(_dot(total, total))
     return [t / length for t in total]

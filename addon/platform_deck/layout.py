@@ -43,6 +43,7 @@ def _detail(triangles: int) -> Detail:
 def _bay_count(wanted: int, seed: int, detail: Detail, columns: int | None) -> int:
     """The number of bays whose triangles come nearest to `wanted`: bisection, then its neighbours (the shape changes with the count, so the
     total does not rise quite steadily)."""
+
     def total(count: int) -> int:
         return _Deck(detail, seed, count, columns).triangle_count()
 
@@ -75,8 +76,11 @@ class _Deck:
         self.bays = {(i, j) for n, (j, i) in enumerate((j, i) for j in order for i in range(self.columns)) if n < count}
         self.rack_row = order[0]
         self.upper = self._upper_bays()
+        self.kinds: list[str] = []
         for bay in sorted(self.bays):
             self._bay(*bay)
+        for i, j in sorted({(i + di, j + dj) for i, j in self.bays for di in (0, 1) for dj in (0, 1)}):
+            self.put("Jacket", "Jacket leg", i * BAY, j * BAY)
         self._landmarks()
 
     def put(self, group: str, name: str, x: float, y: float, z: float = 0.0, turn: float = 0.0, tilt: float = 0.0) -> None:
@@ -94,10 +98,6 @@ class _Deck:
     def _bay(self, i: int, j: int) -> None:
         group, x, y = f"Bay {i + 1}-{j + 1}", i * BAY, j * BAY
         self.put(group, "Deck plate", x, y)
-        for dx, dy in ((0, 0), (BAY, 0), (0, BAY), (BAY, BAY)):
-            owner = (i - (dx == 0), j - (dy == 0))
-            if dx == dy == BAY or owner not in self.bays and not self._has_leg(i, j, dx, dy):
-                self.put(group, "Jacket leg", x + dx, y + dy)
         self.put(group, "Girder", x, y)
         self.put(group, "Girder", x, y, turn=90)
         self._edges(group, i, j, self.bays, 0.0)
@@ -110,14 +110,15 @@ class _Deck:
         if (i + j) % 2 == 0:
             self.put(group, "Lamp", x + 0.4, y + 0.4, turn=45)
 
-    def _has_leg(self, i: int, j: int, dx: float, dy: float) -> bool:
-        """Whether a neighbour at that corner already put the leg (each bay owns its far corner)."""
-        return (i - (dx == 0), j - (dy == 0)) in self.bays
-
     def _edges(self, group: str, i: int, j: int, bays: set[tuple[int, int]], z: float) -> None:
         """Railings, and below the main deck braces, where there is no neighbour."""
         x, y = i * BAY, j * BAY
-        sides = (((i, j - 1), x, y, 0.0), ((i, j + 1), x + BAY, y + BAY, 180.0), ((i - 1, j), x, y + BAY, -90.0), ((i + 1, j), x + BAY, y, 90.0))
+        sides = (
+            ((i, j - 1), x, y, 0.0),
+            ((i, j + 1), x + BAY, y + BAY, 180.0),
+            ((i - 1, j), x, y + BAY, -90.0),
+            ((i + 1, j), x + BAY, y, 90.0),
+        )
         for neighbour, ex, ey, turn in sides:
             if neighbour in bays:
                 continue
@@ -126,6 +127,8 @@ class _Deck:
                 self.put(group, "Railing", ex + 3 * k * c, ey + 3 * k * s, z, turn)
             if z == 0.0:
                 self.put(group, "Brace", ex, ey, 0.0, turn)
+                if turn in (90.0, 180.0):
+                    self.put(group, "Girder", ex, ey, 0.0, turn)
 
     def _rack(self, group: str, x: float, y: float) -> None:
         """The pipe rack of one bay: frames, two tiers of pipes, cable trays on the top, drops to the deck."""
@@ -140,7 +143,9 @@ class _Deck:
                 kind = "Pipe loop" if has_loop and tier == 1 else "Pipe"
                 self.put(group, f"{kind} {round(2000 * radius)}", x, y + RACK_Y + offset, z)
                 if tier == 0 and self.rng.random() < 0.3:
-                    self.put(group, f"Pipe drop {round(2000 * radius)}", x + float(self.rng.uniform(1, 11)), y + RACK_Y + 0.4 - 0.2 * tier, z)
+                    self.put(
+                        group, f"Pipe drop {round(2000 * radius)}", x + float(self.rng.uniform(1, 11)), y + RACK_Y + 0.4 - 0.2 * tier, z
+                    )
                 offset += 2 * radius + 0.22
         self.put(group, "Cable tray", x, y + RACK_Y + 0.6, 5.2)
         self.put(group, "Cable tray", x, y + RACK_Y + 3.4, 5.2)
@@ -149,7 +154,7 @@ class _Deck:
                 self.put(group, "Grating", x + 3 * k, y + dy, 0.06)
 
     def _equipment(self, group: str, x: float, y: float, is_below_deck: bool) -> None:
-        kind = str(self.rng.choice([k for k in SIDE_BAYS if not (is_below_deck and k == "tanks")]))
+        kind = self._next_kind(is_below_deck)
         if kind == "tanks":
             for dx, dy in ((3.2, 3.4), (8.2, 3.4), (3.2, 8.4), (8.2, 8.4)):
                 self.put(group, "Tank", x + dx, y + dy, turn=float(self.rng.integers(4) * 90))
@@ -169,6 +174,16 @@ class _Deck:
             self._containers(group, x, y, 1 if is_below_deck else 2)
         else:
             self._gratings(group, x, y, 0.1)
+
+    def _next_kind(self, is_below_deck: bool) -> str:
+        """Every kind comes up once in each round, in random order; tanks are too high to stand below a deck."""
+        if not self.kinds:
+            self.kinds = [str(kind) for kind in self.rng.permutation(SIDE_BAYS)]
+        fitting = [kind for kind in self.kinds if not (is_below_deck and kind == "tanks")]
+        if not fitting:
+            return "gratings"
+        self.kinds.remove(fitting[0])
+        return fitting[0]
 
     def _containers(self, group: str, x: float, y: float, layers: int) -> None:
         for k in range(3):

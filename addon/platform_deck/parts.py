@@ -64,8 +64,13 @@ def leg(detail: Detail) -> Solid:
 
 def brace(detail: Detail) -> Solid:
     """Crossed braces below a bay's edge along x."""
-    return join([tube([(0, 0, -13), (BAY, 0, -2)], 0.2, detail.round()), tube([(0, 0, -2), (BAY, 0, -13)], 0.2, detail.round()),
-                 tube([(0, 0, -7.5), (BAY, 0, -7.5)], 0.16, detail.round())])
+    return join(
+        [
+            tube([(0, 0, -13), (BAY, 0, -2)], 0.2, detail.round()),
+            tube([(0, 0, -2), (BAY, 0, -13)], 0.2, detail.round()),
+            tube([(0, 0, -7.5), (BAY, 0, -7.5)], 0.16, detail.round()),
+        ]
+    )
 
 
 def girder(_: Detail) -> Solid:
@@ -82,35 +87,58 @@ def rack_frame(_: Detail) -> Solid:
 
 def pipe(radius: float) -> Callable[[Detail], Solid]:
     """A bay of pipe along x, its underside at z = 0, with a flange pair half way."""
+
     def make(detail: Detail) -> Solid:
         z, s = radius, detail.round(0.8 + 2 * radius)
         flanges = [moved(cylinder(1.6 * radius, 0.04, s, "x"), (x, 0, z)) for x in (5.95, 6.01)]
         return join([moved(cylinder(radius, BAY, s, "x"), (0, 0, z)), *flanges])
+
     return make
 
 
 def pipe_loop(radius: float) -> Callable[[Detail], Solid]:
     """A bay of pipe with an expansion loop that rises and comes back."""
+
     def make(detail: Detail) -> Solid:
         r, steps = 3 * radius, max(3, detail.sides // 3)
         top = 1.2 + 3 * radius
-        path = [(0, 0, radius), *arc((4 - r, 0, radius + r), (0, 0, -r), (r, 0, 0), steps),
-                *arc((4 + r, 0, top - r), (-r, 0, 0), (0, 0, r), steps), *arc((8 - r, 0, top - r), (0, 0, r), (r, 0, 0), steps),
-                *arc((8 + r, 0, radius + r), (-r, 0, 0), (0, 0, -r), steps), (BAY, 0, radius)]
+        path = [
+            (0, 0, radius),
+            *arc((4 - r, 0, radius + r), (0, 0, -r), (r, 0, 0), steps),
+            *arc((4 + r, 0, top - r), (-r, 0, 0), (0, 0, r), steps),
+            *arc((8 - r, 0, top - r), (0, 0, r), (r, 0, 0), steps),
+            *arc((8 + r, 0, radius + r), (-r, 0, 0), (0, 0, -r), steps),
+            (BAY, 0, radius),
+        ]
         return tube(path, radius, detail.round(0.8 + 2 * radius))
+
     return make
 
 
 def pipe_drop(radius: float) -> Callable[[Detail], Solid]:
     """From a pipe at z = 0 sideways along −y, down 3 m through a bend, with a gate valve and its hand wheel."""
+
     def make(detail: Detail) -> Solid:
         r, steps, s = 3 * radius, max(3, detail.sides // 3), detail.round(0.8 + 2 * radius)
         path = [(0, 0, radius), *arc((0, -1.2 + r, radius - r), (0, 0, r), (0, -r, 0), steps), (0, -1.2, -2.9)]
-        body = revolved([(0, -0.25), (1.6 * radius, -0.25), (1.6 * radius, -0.2), (1.1 * radius, -0.2), (1.5 * radius, 0), (1.1 * radius, 0.2),
-                         (1.6 * radius, 0.2), (1.6 * radius, 0.25), (0, 0.25)], s)
+        body = revolved(
+            [
+                (0, -0.25),
+                (1.6 * radius, -0.25),
+                (1.6 * radius, -0.2),
+                (1.1 * radius, -0.2),
+                (1.5 * radius, 0),
+                (1.1 * radius, 0.2),
+                (1.6 * radius, 0.2),
+                (1.6 * radius, 0.25),
+                (0, 0.25),
+            ],
+            s,
+        )
         valve = moved(body, (0, -1.2, -1.9))
         stem = tube([(0, -1.2, -1.9), (0, -1.2 - 4 * radius - 0.15, -1.9)], 0.3 * radius, s)
         return join([tube(path, radius, s), valve, stem, moved(hand_wheel(2.2 * radius, detail), (0, -1.2 - 4 * radius - 0.15, -1.9))])
+
     return make
 
 
@@ -136,7 +164,9 @@ def tank(detail: Detail) -> Solid:
     nozzles = [moved(cylinder(0.16, 0.5, detail.round(), "x"), (1.4, y, z)) for y, z in ((0.3, 1.8), (-0.4, 4.2))]
     flanges = [moved(cylinder(0.27, 0.05, detail.round(), "x"), (1.9, y, z)) for y, z in ((0.3, 1.8), (-0.4, 4.2))]
     manhole = moved(cylinder(0.35, 0.3, detail.round(1.3), "y"), (0, 1.45, 2.2))
-    return join([revolved(_domed(1.5, 1.0, 5.0, max(3, detail.sides // 2)), s), cylinder(1.35, 1.0, s), *rings, *nozzles, *flanges, manhole])
+    return join(
+        [revolved(_domed(1.5, 1.0, 5.0, max(3, detail.sides // 2)), s), cylinder(1.35, 1.0, s), *rings, *nozzles, *flanges, manhole]
+    )
 
 
 def vessel(detail: Detail) -> Solid:
@@ -153,7 +183,9 @@ def vessel(detail: Detail) -> Solid:
 def pump(detail: Detail) -> Solid:
     """A pump skid of 2.4 × 1 m: base frame, finned motor, coupling, volute with its nozzle."""
     s = detail.round(1.2)
-    base = boxes(np.array([[-1.2, -0.5, 0], [-1.2, 0.38, 0], [-1.2, -0.5, 0.1]]), np.array([[1.2, -0.38, 0.1], [1.2, 0.5, 0.1], [1.2, 0.5, 0.16]]))
+    base = boxes(
+        np.array([[-1.2, -0.5, 0], [-1.2, 0.38, 0], [-1.2, -0.5, 0.1]]), np.array([[1.2, -0.38, 0.1], [1.2, 0.5, 0.1], [1.2, 0.5, 0.16]])
+    )
     fins = [moved(cylinder(0.36, 0.02, s, "x"), (x, 0, 0.6)) for x in np.linspace(-0.95, -0.15, 9)]
     motor = moved(cylinder(0.31, 1.0, s, "x"), (-1.05, 0, 0.6))
     shaft = moved(cylinder(0.07, 0.6, detail.round(0.7), "x"), (-0.05, 0, 0.6))
@@ -167,9 +199,14 @@ def pump(detail: Detail) -> Solid:
 def container(_: Detail) -> Solid:
     """A 20-foot container along x with corrugated sides."""
     x = np.arange(0.15, 5.9, 0.28)
-    ribs = [boxes(np.stack([x, 0 * x + y0, 0 * x + 0.2], axis=1), np.stack([x + 0.14, 0 * x + y1, 0 * x + 2.4], axis=1))
-            for y0, y1 in ((-0.03, 0.0), (2.38, 2.41))]
-    posts = boxes(np.array([[a, b, 0] for a in (0, 5.9) for b in (-0.04, 2.3)]), np.array([[a + 0.16, b + 0.16, 2.6] for a in (0, 5.9) for b in (-0.04, 2.3)]))
+    ribs = [
+        boxes(np.stack([x, 0 * x + y0, 0 * x + 0.2], axis=1), np.stack([x + 0.14, 0 * x + y1, 0 * x + 2.4], axis=1))
+        for y0, y1 in ((-0.03, 0.0), (2.38, 2.41))
+    ]
+    posts = boxes(
+        np.array([[a, b, 0] for a in (0, 5.9) for b in (-0.04, 2.3)]),
+        np.array([[a + 0.16, b + 0.16, 2.6] for a in (0, 5.9) for b in (-0.04, 2.3)]),
+    )
     return join([box((0, 0, 0.12), (6.06, 2.38, 2.56)), *ribs, posts])
 
 
@@ -181,8 +218,11 @@ def stair(detail: Detail) -> Solid:
     s = detail.round(0.6)
     bars = []
     for y in (0.0, 1.0):
-        bars += [tube([(0, y, 0.05), (8, y, STOREY - 0.02)], 0.09, 6), tube([(0, y, 1.0), (8, y, STOREY + 1.0)], 0.024, s),
-                 tube([(0, y, 0.55), (8, y, STOREY + 0.55)], 0.019, s)]
+        bars += [
+            tube([(0, y, 0.05), (8, y, STOREY - 0.02)], 0.09, 6),
+            tube([(0, y, 1.0), (8, y, STOREY + 1.0)], 0.024, s),
+            tube([(0, y, 0.55), (8, y, STOREY + 0.55)], 0.019, s),
+        ]
         bars += [tube([(a, y, 0.75 * a), (a, y, 0.75 * a + 1.0)], 0.02, s) for a in np.arange(0.5, 8.0, 1.5)]
     return join([treads, *bars])
 
@@ -194,7 +234,9 @@ def ladder(detail: Detail) -> Solid:
     angle = np.linspace(0.0, np.pi, max(6, detail.sides) + 1)
     hoop = np.stack([-0.7 * np.sin(angle), 0.35 * np.cos(angle), 0 * angle], axis=1)
     hoops = [tube(hoop + np.array([0, 0, z]), 0.012, max(4, s - 1)) for z in np.arange(2.2, 5.3, 0.75)]
-    uprights = [tube([(-0.7 * np.sin(a), 0.35 * np.cos(a), 2.2), (-0.7 * np.sin(a), 0.35 * np.cos(a), 5.2)], 0.01, 4) for a in (0.9, 1.57, 2.24)]
+    uprights = [
+        tube([(-0.7 * np.sin(a), 0.35 * np.cos(a), 2.2), (-0.7 * np.sin(a), 0.35 * np.cos(a), 5.2)], 0.01, 4) for a in (0.9, 1.57, 2.24)
+    ]
     sides = [tube([(0, y, 0), (0, y, 5.9)], 0.025, s) for y in (-0.22, 0.22)]
     return join([*rungs, *hoops, *uprights, *sides])
 
@@ -209,11 +251,16 @@ def cable_tray(_: Detail) -> Solid:
 def cooler(detail: Detail) -> Solid:
     """An air cooler of 5 × 4 m on legs: tube bundle, two fan rings, hubs."""
     legs = [moved(box((0, 0, 0), (0.15, 0.15, 2.4)), (x, y, 0)) for x in (0, 4.85) for y in (0, 3.85)]
-    tubes = repeated(cylinder(0.025, 5.0, max(5, detail.sides // 2), "x"), np.stack([np.zeros(30), np.linspace(0.15, 3.85, 30), np.full(30, 2.6)], axis=1))
+    tubes = repeated(
+        cylinder(0.025, 5.0, max(5, detail.sides // 2), "x"),
+        np.stack([np.zeros(30), np.linspace(0.15, 3.85, 30), np.full(30, 2.6)], axis=1),
+    )
     s = detail.round(1.8)
     ring = [(1.0, 0), (1.0, 0.5), (0.96, 0.5), (0.96, 0)]
     fans = [moved(revolved([*ring, ring[0]], s), (x, 2, 2.8)) for x in (1.3, 3.7)]
-    blades = [box((x - 0.9, 1.92, 2.98), (x + 0.9, 2.08, 3.02)) for x in (1.3, 3.7)] + [box((x - 0.08, 1.1, 2.98), (x + 0.08, 2.9, 3.02)) for x in (1.3, 3.7)]
+    blades = [box((x - 0.9, 1.92, 2.98), (x + 0.9, 2.08, 3.02)) for x in (1.3, 3.7)] + [
+        box((x - 0.08, 1.1, 2.98), (x + 0.08, 2.9, 3.02)) for x in (1.3, 3.7)
+    ]
     frame = boxes(np.array([[0, 0, 2.4], [0, 3.9, 2.4]]), np.array([[5, 0.1, 2.9], [5, 4, 2.9]]))
     return join([*legs, tubes, *fans, *blades, frame])
 
@@ -249,25 +296,55 @@ def crane_boom(detail: Detail) -> Solid:
 def flare(detail: Detail) -> Solid:
     """A flare boom of 28 m along +x with its two gas lines."""
     lines = [tube([(0, y, -0.4), (28, 0.4 * y, -0.2)], r, detail.round(0.8)) for y, r in ((0.5, 0.22), (-0.4, 0.12))]
-    return join([lattice(28.0, 2.6, 0.4, _lattice_bays(detail), 0.12, detail.round(0.7)), *lines, moved(cylinder(0.35, 1.8, detail.round()), (28, 0, 0))])
+    return join(
+        [
+            lattice(28.0, 2.6, 0.4, _lattice_bays(detail), 0.12, detail.round(0.7)),
+            *lines,
+            moved(cylinder(0.35, 1.8, detail.round()), (28, 0, 0)),
+        ]
+    )
 
 
 CATALOGUE: dict[str, tuple[Callable[[Detail], Solid], str]] = {
-    "Deck plate": (plate, "deck paint"), "Grating": (grating, "galvanised"), "Railing": (railing, "safety yellow"),
-    "Column": (column, "structure grey"), "Jacket leg": (leg, "structure grey"), "Brace": (brace, "structure grey"),
-    "Girder": (girder, "structure grey"), "Rack frame": (rack_frame, "structure grey"), "Tank": (tank, "vessel white"),
-    "Separator": (vessel, "vessel white"), "Pump": (pump, "machine blue"), "Container": (container, "container red"),
-    "Stair": (stair, "safety yellow"), "Ladder": (ladder, "safety yellow"), "Cable tray": (cable_tray, "galvanised"),
-    "Air cooler": (cooler, "galvanised"), "Lamp": (lamp, "structure grey"), "Crane base": (crane_base, "crane orange"),
-    "Crane boom": (crane_boom, "crane orange"), "Flare boom": (flare, "flare red"),
-    **{f"{title} {round(2000 * r)}": (make(r), color) for r, color in zip(
-        PIPE_RADII, ("pipe green", "pipe blue", "pipe steel", "pipe steel", "pipe sand"), strict=True)
-       for title, make in (("Pipe", pipe), ("Pipe loop", pipe_loop), ("Pipe drop", pipe_drop))},
+    "Deck plate": (plate, "deck paint"),
+    "Grating": (grating, "galvanised"),
+    "Railing": (railing, "safety yellow"),
+    "Column": (column, "structure grey"),
+    "Jacket leg": (leg, "structure grey"),
+    "Brace": (brace, "structure grey"),
+    "Girder": (girder, "structure grey"),
+    "Rack frame": (rack_frame, "structure grey"),
+    "Tank": (tank, "vessel white"),
+    "Separator": (vessel, "vessel white"),
+    "Pump": (pump, "machine blue"),
+    "Container": (container, "container red"),
+    "Stair": (stair, "safety yellow"),
+    "Ladder": (ladder, "safety yellow"),
+    "Cable tray": (cable_tray, "galvanised"),
+    "Air cooler": (cooler, "galvanised"),
+    "Lamp": (lamp, "structure grey"),
+    "Crane base": (crane_base, "crane orange"),
+    "Crane boom": (crane_boom, "crane orange"),
+    "Flare boom": (flare, "flare red"),
+    **{
+        f"{title} {round(2000 * r)}": (make(r), color)
+        for r, color in zip(PIPE_RADII, ("pipe green", "pipe blue", "pipe steel", "pipe steel", "pipe sand"), strict=True)
+        for title, make in (("Pipe", pipe), ("Pipe loop", pipe_loop), ("Pipe drop", pipe_drop))
+    },
 }
 
 COLORS: dict[str, tuple[float, float, float]] = {
-    "deck paint": (0.16, 0.24, 0.20), "galvanised": (0.46, 0.48, 0.50), "safety yellow": (0.80, 0.52, 0.03), "structure grey": (0.30, 0.33, 0.36),
-    "vessel white": (0.76, 0.77, 0.75), "machine blue": (0.06, 0.18, 0.42), "container red": (0.45, 0.09, 0.06), "crane orange": (0.78, 0.24, 0.03),
-    "flare red": (0.55, 0.08, 0.05), "pipe green": (0.10, 0.34, 0.17), "pipe blue": (0.10, 0.25, 0.50), "pipe steel": (0.55, 0.57, 0.60),
+    "deck paint": (0.16, 0.24, 0.20),
+    "galvanised": (0.46, 0.48, 0.50),
+    "safety yellow": (0.80, 0.52, 0.03),
+    "structure grey": (0.30, 0.33, 0.36),
+    "vessel white": (0.76, 0.77, 0.75),
+    "machine blue": (0.06, 0.18, 0.42),
+    "container red": (0.45, 0.09, 0.06),
+    "crane orange": (0.78, 0.24, 0.03),
+    "flare red": (0.55, 0.08, 0.05),
+    "pipe green": (0.10, 0.34, 0.17),
+    "pipe blue": (0.10, 0.25, 0.50),
+    "pipe steel": (0.55, 0.57, 0.60),
     "pipe sand": (0.58, 0.49, 0.33),
 }

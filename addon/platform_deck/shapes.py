@@ -44,8 +44,10 @@ def repeated(solid: Solid, offsets: np.ndarray) -> Solid:
     """Copies at every one of (N, 3) offsets."""
     positions, triangles = solid
     offsets = np.asarray(offsets, dtype=np.float64)
-    return ((offsets[:, None] + positions).reshape(-1, 3),
-            (triangles + len(positions) * np.arange(len(offsets))[:, None, None]).reshape(-1, 3))
+    return (
+        (offsets[:, None] + positions).reshape(-1, 3),
+        (triangles + len(positions) * np.arange(len(offsets))[:, None, None]).reshape(-1, 3),
+    )
 
 
 def revolved(profile: Sequence[tuple[float, float]], sides: int, axis: str = "z") -> Solid:
@@ -122,8 +124,10 @@ def arc(centre: Sequence[float], start: Sequence[float], end: Sequence[float], s
 def beam(length: float, depth: float, width: float, thickness: float = 0.03) -> Solid:
     """An I-beam along +x from 0, its top at z = 0."""
     half, web = width / 2, thickness / 2
-    return boxes(np.array([[0, -half, -thickness], [0, -web, -depth + thickness], [0, -half, -depth]]),
-                 np.array([[length, half, 0], [length, web, -thickness], [length, half, -depth + thickness]]))
+    return boxes(
+        np.array([[0, -half, -thickness], [0, -web, -depth + thickness], [0, -half, -depth]]),
+        np.array([[length, half, 0], [length, web, -thickness], [length, half, -depth + thickness]]),
+    )
 
 
 def lattice(length: float, width: float, taper: float, bays: int, chord: float, sides: int) -> Solid:

@@ -56,8 +56,13 @@ class InstanceLoop:
     Objects other than meshes need no care: the depsgraph yields the mesh of a curve, text, metaball or surface as an instance of its own.
     """
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, content_of: Callable[[bpy.types.Object], Hashable | None],
-                 use_object_color: bool = False, space: bpy.types.SpaceView3D | None = None) -> None:
+    def __init__(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        content_of: Callable[[bpy.types.Object], Hashable | None],
+        use_object_color: bool = False,
+        space: bpy.types.SpaceView3D | None = None,
+    ) -> None:
         self.depsgraph, self.content_of, self.use_object_color, self.space = depsgraph, content_of, use_object_color, space
         self.rows = Rows()
         self._colors: dict[int, Color] = {}
@@ -123,7 +128,7 @@ class InstanceLoop:
             for i, slot in enumerate(ob.material_slots):
                 if slot.link == "OBJECT":
                     padded = colors + (DEFAULT_COLOR,) * (i + 1 - len(colors))
-                    colors = (*padded[:i], self._color(slot.material), *padded[i + 1:])
+                    colors = (*padded[:i], self._color(slot.material), *padded[i + 1 :])
         if colors == base:
             return kind
         if (kind, colors) not in self._variants:

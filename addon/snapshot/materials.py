@@ -9,7 +9,7 @@ Color = tuple[float, float, float, float]
 
 
 def base_color(material: bpy.types.Material | None) -> Color:
-    """Linear RGBA: the unlinked colour of the shader that feeds the active output, else the viewport's `diffuse_color`; grey without one."""
+    """Linear RGBA: the unlinked colour of the shader at the active output, else the viewport's `diffuse_color`; grey without one."""
     if material is None:
         return DEFAULT_COLOR
     shader = _shader(material)

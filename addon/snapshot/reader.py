@@ -17,8 +17,8 @@ import numpy as np
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
-from ..pipeline.mesh_prep import DEFAULT_CREASE_RAD, Defects
 from ..pipeline.mesh_pieces import Prepared, RawMesh, prepare_all
+from ..pipeline.mesh_prep import DEFAULT_CREASE_RAD, Defects
 from ..pipeline.scene import Instances, Mesh, Scene
 from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
@@ -43,8 +43,15 @@ class SceneReader:
         self._content: dict[ContentKey, Prepared] = {}
         self._known: dict[tuple[int, float], ContentKey | None] = {}
 
-    def read(self, depsgraph: bpy.types.Depsgraph, *, size: tuple[int, int] = (1280, 720), crease_angle_rad: float = DEFAULT_CREASE_RAD,
-             use_object_color: bool = False, space: bpy.types.SpaceView3D | None = None) -> Scene:
+    def read(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        *,
+        size: tuple[int, int] = (1280, 720),
+        crease_angle_rad: float = DEFAULT_CREASE_RAD,
+        use_object_color: bool = False,
+        space: bpy.types.SpaceView3D | None = None,
+    ) -> Scene:
         """The scene as the depsgraph shows it. Cameras are made for `size` = (width, height) pixels, the active one first.
 
         `space` restricts it to what that 3D viewport shows (local view, hidden collections). An empty scene is a `Scene` without
@@ -62,8 +69,14 @@ class SceneReader:
         moved = np.array(instances.world_from_object)
         moved[:, :3, 3] -= origin
         cameras, complaints = _cameras(rows, depsgraph, size, origin)
-        return replace(scene, instances=replace(instances, world_from_object=moved), origin_ws=origin, cameras=cameras,
-                       lights=tuple(_moved(light, origin) for light in rows.lights), warnings=(*warnings, *complaints))
+        return replace(
+            scene,
+            instances=replace(instances, world_from_object=moved),
+            origin_ws=origin,
+            cameras=cameras,
+            lights=tuple(_moved(light, origin) for light in rows.lights),
+            warnings=(*warnings, *complaints),
+        )
 
     def clear(self) -> None:
         """Drop the cache."""
@@ -156,9 +169,14 @@ def _instances(rows: Rows, content: dict[ContentKey, Prepared]) -> tuple[tuple[M
         mesh_of.extend(range(first, first + len(prepared.slots)))
         slots.extend(prepared.slots)
         colors.extend(kind.color(slot) for slot in prepared.slots)
-    return tuple(meshes), _expanded(rows, np.array(counts, dtype=np.int64), np.array(offsets).reshape(-1, 3),
-                                    np.array(mesh_of, dtype=np.int32), np.array(slots, dtype=np.int32),
-                                    np.array(colors, dtype=np.float32).reshape(-1, 4))
+    return tuple(meshes), _expanded(
+        rows,
+        np.array(counts, dtype=np.int64),
+        np.array(offsets).reshape(-1, 3),
+        np.array(mesh_of, dtype=np.int32),
+        np.array(slots, dtype=np.int32),
+        np.array(colors, dtype=np.float32).reshape(-1, 4),
+    )
 
 
 def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, mesh_of: np.ndarray, slots: np.ndarray, colors: np.ndarray) -> Instances:
