@@ -52,7 +52,7 @@ class ReliefEdges:
     `whole_written`, `whole_corrected` (6,) the critical pair of the texture.
     `sums` (4, bins, N), `totals` (4, bins, 4): the directional sums of the classes (u, +), (u, −), (v, +), (v, −), strip by strip: with g
     the signed relief step along the axis, `totals` is Σ±|g| and the mean u, v and relief weighted by |g|, and `sums` is
-    Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief).
+    Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief). `texels` the mask holds.
     """
 
     frame: CaptureFrame
@@ -63,6 +63,7 @@ class ReliefEdges:
     whole_corrected: np.ndarray
     sums: np.ndarray
     totals: np.ndarray
+    texels: int
 
 
 def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, back_m: np.ndarray | None = None,
@@ -93,7 +94,7 @@ def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, bac
     return ReliefEdges(frame, edges, _largest(pairs[is_inside], step[is_inside], region[is_inside], count),
                        _largest(pairs[corrected], step[corrected], region[corrected], count),
                        _largest(pairs[is_inside], step[is_inside], np.zeros(is_inside.sum(), int), 1)[0],
-                       _largest(pairs[corrected], step[corrected], np.zeros(corrected.sum(), int), 1)[0], sums, totals)
+                       _largest(pairs[corrected], step[corrected], np.zeros(corrected.sum(), int), 1)[0], sums, totals, int(mask.sum()))
 
 
 def _axis_pairs(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, axis: int,

@@ -46,6 +46,7 @@ class ReliefSet:
     sums: np.ndarray
     totals: np.ndarray
     unit: np.ndarray
+    texels: np.ndarray
     edges: np.ndarray
     edge_owner: np.ndarray
 
@@ -64,7 +65,7 @@ def relief_set(members: Sequence[ReliefEdges]) -> ReliefSet:
         written=_columns([np.vstack([m.whole_written, m.written]) for m in members]),
         corrected=_columns([np.vstack([m.whole_corrected, m.corrected]) for m in members]),
         sums=np.stack([m.sums for m in members]), totals=np.stack([m.totals for m in members]),
-        unit=np.array([shift_unit(f) for f in frames]),
+        unit=np.array([shift_unit(f) for f in frames]), texels=np.array([m.texels for m in members], float),
         edges=np.concatenate([m.edges for m in members]), edge_owner=np.repeat(np.arange(len(members)), counts))
 
 
@@ -74,7 +75,9 @@ def _columns(pairs: list[np.ndarray]) -> np.ndarray:
 
 
 def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: bool = True) -> dict[str, np.ndarray]:
-    """Every predictor of the table above, (T,) each, for `camera` with an image of `size` (width, height) pixels.
+    """Every predictor of the table above and `covered_px`, (T,) each, for `camera` with an image of `size` (width, height) pixels.
+
+    `covered_px` are the pixels that the texture's texels would cover lying on its plane.
 
     `exact=False` leaves out `edge_sum_px`, whose cost grows with the number of edges.
     """
@@ -84,7 +87,8 @@ def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: b
     out = {
         "critical": written[:, 0], "regions_sum": written[:, 1:].sum(axis=1), "regions_max": written[:, 1:].max(axis=1),
         "critical_px": opening[:, 0], "regions_sum_px": opening[:, 1:].sum(axis=1), "regions_max_px": opening[:, 1:].max(axis=1),
-        "regions_share": (opening[:, 1:] > OPENS_PX).mean(axis=1), "edge_fast_px": _edge_fast_px(view, textures)}
+        "regions_share": (opening[:, 1:] > OPENS_PX).mean(axis=1), "edge_fast_px": _edge_fast_px(view, textures),
+        "covered_px": _covered_px(view, textures)}
     if exact:
         out["edge_sum_px"] = _edge_sum_px(view, textures)
     return {name: np.where(view.valid, value, np.inf) for name, value in out.items()}
@@ -140,6 +144,12 @@ class _View:
         flat = (row[:, :2] * uv).sum(axis=1) + row[:, 2]
         w_near, w_far = flat + row[:, 3] * near, flat + row[:, 3] * far
         return np.linalg.det(self.homography)[owner] / np.where(self.valid[owner], w_near * w_far * 0.5 * (w_near + w_far), 1.0)
+
+
+def _covered_px(view: _View, textures: ReliefSet) -> np.ndarray:
+    """(T,) texels times det H / w³ at the quad's centre, the pixels of a texel there."""
+    w = (view.depth_row[:, :2] * textures.extent).sum(axis=1) / 2.0 + view.depth_row[:, 2]
+    return textures.texels * np.maximum(0.0, np.linalg.det(view.homography)) / np.where(view.valid, w * w * w, 1.0)
 
 
 def _written(view: _View, pairs: np.ndarray) -> np.ndarray:

@@ -1,0 +1,224 @@
+"""The life of relief impostors: sprite → warp → regenerate, for many impostors under one budget. Pure data, no GPU.
+
+RI §5.1, with what it leaves open: hysteresis between the stages, regenerations limited per frame and done a little early when there is room
+(so that they do not all fall due together), a bound on texture memory with the least needed given up first, and geometry wherever an
+impostor would be wrong (no capture yet, changed mesh, eye behind the plane, tilt) or dearer than the triangles it replaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
+from math import inf
+
+from .choices import require, require_choice
+from .relief_beta import Betas
+
+STAGES = ("hidden", "geometry", "sprite", "warp", "regenerated")
+APPROACHES = ("texel", "schaufler")
+LIMITS = {"critical": 200.0, "critical_px": 12.0, "regions_sum": 800.0, "regions_max": 200.0, "regions_sum_px": 60.0,
+          "regions_max_px": 12.0, "regions_share": 0.6, "edge_sum_px": 0.06, "edge_fast_px": 0.06}
+"""The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
+SHARED = ("edge_sum_px", "edge_fast_px")
+
+
+@dataclass(frozen=True, slots=True)
+class LifeSettings:
+    """When impostors are shown as they are, warped, made anew, or replaced by geometry.
+
+    `predictor` and `limit` (None: the predictor's usual) decide the second critical moment. A sprite is kept while β ≤ `sprite_px` pixels.
+    `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_rad`
+    is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
+    this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
+    `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal.
+    """
+
+    predictor: str = "edge_fast_px"
+    limit: float | None = None
+    sprite_px: float = 1.0
+    approach: str = "texel"
+    texel_px: float = 1.5
+    max_tilt_rad: float = 0.7853981633974483
+    hysteresis: float = 0.7
+    waiting: float = 1.5
+    regenerations: int = 1
+    memory_bytes: int = 256 << 20
+    fade_frames: int = 4
+
+    def __post_init__(self) -> None:
+        require_choice("Predictor", self.predictor, tuple(LIMITS))
+        require_choice("Approach rule", self.approach, APPROACHES)
+        require(self.limit is None or 0.0 < self.limit < inf, "The error limit must be positive.")
+        require(0.0 < self.sprite_px < inf and 0.0 < self.texel_px < inf, "The sprite and texel limits are positive numbers of pixels.")
+        require(0.0 < self.max_tilt_rad < 1.5, "The largest tilt must lie between 0° and 85°.")
+        require(0.0 < self.hysteresis <= 1.0, "The hysteresis must lie above 0 and not above 1.")
+        require(1.0 <= self.waiting < inf, "The waiting factor must be at least 1.")
+        require(0 <= self.regenerations <= 10000, "Regenerations per frame: 0 to 10000.")
+        require(self.memory_bytes > 0, "The texture memory must be positive.")
+        require(0 <= self.fade_frames <= 60, "The crossfade takes 0 to 60 frames.")
+
+    @property
+    def effective_limit(self) -> float:
+        """The limit in the predictor's unit."""
+        return LIMITS[self.predictor] if self.limit is None else self.limit
+
+
+@dataclass(frozen=True, slots=True)
+class ImpostorState:
+    """What is remembered of one impostor between frames. `age` frames since its capture, `unseen` frames since it was last in view."""
+
+    key: Hashable
+    is_captured: bool = False
+    is_stale: bool = False
+    stage: str = "geometry"
+    age: int = 0
+    unseen: int = 0
+    bytes: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """One impostor as the current camera sees it. `predicted` in the predictor's unit (inf: the warp does not exist), `covered_px` pixels.
+
+    `capture_bytes` is what a capture from here would take (0: none is possible); `geometry_cost`, `impostor_cost` in any one unit.
+    """
+
+    is_visible: bool = True
+    betas: Betas | None = None
+    predicted: float = inf
+    tilt_rad: float = 0.0
+    covered_px: float = 0.0
+    capture_bytes: int = 0
+    geometry_cost: float = inf
+    impostor_cost: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """What to do with one impostor in this frame: the stage to show it in, whether to capture it first, whether to free its texture.
+
+    `reason` is for the report; `fade` the share (0…1] of the new texture while it fades in.
+    """
+
+    key: Hashable
+    stage: str
+    regenerate: bool = False
+    evict: bool = False
+    reason: str = ""
+    fade: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Wish:
+    """What one impostor would do if it were alone: `need` 0 = content, below 1 = would rather renew early, 1 or more = must."""
+
+    stage: str
+    need: float
+    reason: str
+
+
+def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: LifeSettings) -> list[Action]:
+    """One `Action` per impostor, in order. At most `regenerations` of them capture, and the textures kept fit `memory_bytes`.
+
+    An impostor whose texture would be wrong is shown as geometry, never warped.
+    """
+    wishes = [_wish(state, sight, settings) for state, sight in zip(states, sights, strict=True)]
+    chosen = _within_budget(wishes, sights, settings)
+    actions = []
+    for index, (state, sight, wish) in enumerate(zip(states, sights, wishes, strict=True)):
+        if index in chosen:
+            actions.append(Action(state.key, "regenerated", regenerate=True, reason=wish.reason, fade=_fade(0, settings)))
+        else:
+            stage = _while_waiting(state, sight, wish, settings)
+            actions.append(Action(state.key, stage, reason=wish.reason, fade=_fade(state.age + 1, settings)))
+    return _within_memory(actions, states, sights, settings)
+
+
+def advance(state: ImpostorState, action: Action, sight: Sight) -> ImpostorState:
+    """The state after the frame in which `action` was done."""
+    unseen = 0 if sight.is_visible else state.unseen + 1
+    if action.evict:
+        return ImpostorState(state.key, stage=action.stage, unseen=unseen)
+    if action.regenerate:
+        return ImpostorState(state.key, True, False, "regenerated", 0, unseen, sight.capture_bytes)
+    return replace(state, stage=action.stage, age=state.age + 1 if state.is_captured else 0, unseen=unseen)
+
+
+def is_dearer(state: ImpostorState, sight: Sight, settings: LifeSettings) -> bool:
+    """True when drawing the geometry is cheaper than the impostor; one that is an impostor already must become clearly dearer."""
+    slack = 1.0 if state.stage in ("geometry", "hidden") else 1.0 / settings.hysteresis
+    return sight.impostor_cost > sight.geometry_cost * slack
+
+
+def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
+    if not sight.is_visible:
+        return _Wish("hidden", 0.0, "out of view")
+    if is_dearer(state, sight, settings):
+        return _Wish("geometry", 0.0, "the geometry is cheaper")
+    can_capture = sight.capture_bytes > 0
+    urgent = inf if can_capture else 0.0
+    for wrong, reason in ((not state.is_captured, "not captured yet"), (state.is_stale, "the object has changed"),
+                          (sight.tilt_rad > settings.max_tilt_rad, "seen too far from the side"),
+                          (not sight.predicted < inf, "the eye is not before the plane")):
+        if wrong:
+            return _Wish("geometry", urgent, reason if can_capture else f"{reason}; cannot be captured from here")
+    return _wish_of_captured(state, sight, settings, can_capture)
+
+
+def _wish_of_captured(state: ImpostorState, sight: Sight, settings: LifeSettings, can_capture: bool) -> _Wish:
+    """The wish of an impostor with a valid warp: RI's two critical moments and the approach."""
+    betas, error = sight.betas, sight.predicted / settings.effective_limit
+    as_sprite = settings.sprite_px if state.stage in ("sprite", "regenerated") else settings.sprite_px * settings.hysteresis
+    is_sprite = betas.total <= as_sprite * betas.screen
+    stage = "sprite" if is_sprite else "warp"
+    nearness = betas.texel / (settings.texel_px * betas.screen)
+    if settings.approach == "schaufler":
+        nearness = betas.trans_n / betas.screen
+    need, reason = max((nearness, "too coarse from this near"), (0.0 if is_sprite else error, "the predicted error is over the limit"))
+    if need <= settings.hysteresis:
+        return _Wish(stage, 0.0, "")
+    if not can_capture:
+        return _Wish(stage if need <= settings.waiting else "geometry", 0.0, f"{reason}; cannot be captured from here")
+    if need <= 1.0:
+        return _Wish(stage, need, "renewed early")
+    return _Wish(stage, need, reason)
+
+
+def _within_budget(wishes: Sequence[_Wish], sights: Sequence[Sight], settings: LifeSettings) -> set[int]:
+    """Who may capture: first those that must, by how much and how large they are seen; then one of those that would rather."""
+    must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -sights[i].covered_px, i))
+    early = sorted((i for i, w in enumerate(wishes) if 0.0 < w.need <= 1.0), key=lambda i: (-wishes[i].need, i))
+    affordable = [i for i in must if sights[i].capture_bytes <= settings.memory_bytes][:settings.regenerations]
+    room = settings.regenerations - len(affordable)
+    return {*affordable, *early[:min(room, 1)]}
+
+
+def _while_waiting(state: ImpostorState, sight: Sight, wish: _Wish, settings: LifeSettings) -> str:
+    """The stage of an impostor that does not capture now."""
+    if wish.stage not in ("sprite", "warp"):
+        return wish.stage
+    return wish.stage if wish.need <= settings.waiting else "geometry"
+
+
+def _within_memory(actions: list[Action], states: Sequence[ImpostorState], sights: Sequence[Sight], settings: LifeSettings) -> list[Action]:
+    """Free the least needed textures (longest unseen, then smallest on the screen) until the rest fits; in view, geometry stands in."""
+    rows = zip(actions, states, sights, strict=True)
+    sizes = [sight.capture_bytes if action.regenerate else state.bytes for action, state, sight in rows]
+    total = sum(sizes)
+    order = sorted(range(len(actions)), key=lambda i: (actions[i].regenerate, -_unseen(states[i], sights[i]), sights[i].covered_px))
+    for i in order:
+        if total <= settings.memory_bytes:
+            break
+        if sizes[i]:
+            stage = "hidden" if not sights[i].is_visible else "geometry"
+            actions[i] = Action(states[i].key, stage, evict=states[i].bytes > 0, reason="texture memory is used up")
+            total -= sizes[i]
+    return actions
+
+
+def _unseen(state: ImpostorState, sight: Sight) -> int:
+    return 0 if sight.is_visible else state.unseen + 1
+
+
+def _fade(age: int, settings: LifeSettings) -> float:
+    return min(1.0, (age + 1) / (settings.fade_frames + 1))

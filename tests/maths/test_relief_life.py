@@ -1,0 +1,182 @@
+"""The life cycle as claims: stages, hysteresis, budgets, eviction, and never a wrong picture shown as valid."""
+
+from dataclasses import replace
+from math import inf
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from addon.errors import SettingsError
+from addon.maths.relief_beta import Betas
+from addon.maths.relief_error import PREDICTORS
+from addon.maths.relief_life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide
+
+RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, memory_bytes=1000)
+
+
+def _betas(total: float = 0.0, texel: float = 1.0, trans_n: float = 0.0) -> Betas:
+    return Betas(screen=1.0, trans_p=total, trans_n=trans_n, total=total, texel=texel)
+
+
+def _sight(**changes) -> Sight:
+    return replace(Sight(betas=_betas(), predicted=0.0, covered_px=100.0, capture_bytes=10, impostor_cost=1.0), **changes)
+
+
+def _live(key: object = 0, **changes) -> ImpostorState:
+    return replace(ImpostorState(key, is_captured=True, stage="warp", bytes=10), **changes)
+
+
+def _one(state: ImpostorState, sight: Sight, rules: LifeSettings = RULES) -> Action:
+    return decide([state], [sight], rules)[0]
+
+
+def test_a_new_impostor_is_captured_then_a_sprite_then_warped_then_renewed():
+    state, stages = ImpostorState("a"), []
+    captured_at = 0.0
+    for eye in range(9):
+        moved = eye - captured_at
+        sight = _sight(betas=_betas(total=0.6 * moved), predicted=0.22 * moved)
+        action = _one(state, sight)
+        stages.append(action.stage)
+        captured_at = eye if action.regenerate else captured_at
+        state = advance(state, action, sight)
+    assert stages == ["regenerated", "sprite", "warp", "warp", "regenerated", "sprite", "warp", "warp", "regenerated"]
+
+
+@pytest.mark.parametrize(("state", "sight"), [
+    (ImpostorState(0), _sight(capture_bytes=0)),
+    (_live(is_stale=True), _sight(capture_bytes=0)),
+    (_live(), _sight(predicted=inf, capture_bytes=0)),
+    (_live(), _sight(predicted=float("nan"), capture_bytes=0)),
+    (_live(), _sight(tilt_rad=0.8, capture_bytes=0)),
+    (_live(), _sight(predicted=2.0, betas=_betas(9.0), capture_bytes=0)),
+])
+def test_what_would_be_wrong_and_cannot_be_captured_is_geometry(state, sight):
+    action = _one(state, sight)
+    assert (action.stage, action.regenerate) == ("geometry", False)
+    assert action.reason
+
+
+@pytest.mark.parametrize("changes", [{"is_stale": True}, {"is_captured": False}])
+def test_a_stale_or_missing_texture_is_renewed_at_once_or_shown_as_geometry(changes):
+    assert _one(_live(**changes), _sight()).regenerate
+    assert _one(_live(**changes), _sight(), replace(RULES, regenerations=0)).stage == "geometry"
+
+
+def test_what_waits_for_its_turn_is_warped_up_to_the_grace_and_geometry_beyond():
+    waiting = replace(RULES, regenerations=0)
+    assert _one(_live(), _sight(betas=_betas(5.0), predicted=1.4), waiting).stage == "warp"
+    assert _one(_live(), _sight(betas=_betas(5.0), predicted=1.6), waiting).stage == "geometry"
+
+
+def test_the_sprite_is_left_at_the_limit_and_entered_again_below_it():
+    between = _sight(betas=_betas(total=0.85))
+    assert _one(_live(stage="sprite"), between).stage == "sprite"
+    assert _one(_live(stage="warp"), between).stage == "warp"
+    assert _one(_live(stage="warp"), _sight(betas=_betas(total=0.65))).stage == "sprite"
+    assert _one(_live(stage="sprite"), _sight(betas=_betas(total=1.01))).stage == "warp"
+
+
+def test_coming_near_renews_by_the_texel_or_by_schauflers_angle():
+    coarse, moved = _sight(betas=_betas(texel=1.6)), _sight(betas=_betas(trans_n=1.1))
+    assert _one(_live(), coarse).regenerate
+    assert not _one(_live(), moved).regenerate
+    schaufler = replace(RULES, approach="schaufler")
+    assert _one(_live(), moved, schaufler).regenerate
+    assert not _one(_live(), coarse, schaufler).regenerate
+
+
+def test_geometry_is_drawn_where_it_is_cheaper_with_hysteresis():
+    dear = _sight(geometry_cost=1.0, impostor_cost=1.2)
+    assert _one(_live(stage="geometry"), dear).stage == "geometry"
+    assert _one(_live(stage="warp"), dear).stage != "geometry"
+    assert _one(_live(stage="warp"), _sight(geometry_cost=1.0, impostor_cost=1.5)).stage == "geometry"
+
+
+def test_renewal_comes_early_only_when_there_is_room():
+    early, due = _sight(betas=_betas(5.0), predicted=0.8), _sight(betas=_betas(5.0), predicted=1.1)
+    assert _one(_live(), early).regenerate
+    actions = decide([_live(0), _live(1)], [early, due], RULES)
+    assert [a.regenerate for a in actions] == [False, True]
+    assert [a.regenerate for a in decide([_live(i) for i in range(3)], [early] * 3, replace(RULES, regenerations=3))].count(True) == 1
+
+
+def test_the_crossfade_ends_after_its_frames():
+    state, sight, fades = _live(is_stale=True), _sight(), []
+    for _ in range(6):
+        action = _one(state, sight)
+        fades.append(action.fade)
+        state = advance(state, action, sight)
+    assert fades == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0, 1.0])
+
+
+def test_hidden_impostors_cost_nothing_and_are_given_up_first():
+    states = [_live(0, bytes=600, unseen=3), _live(1, bytes=600), ImpostorState(2)]
+    sights = [_sight(is_visible=False), _sight(covered_px=5.0), _sight(capture_bytes=300)]
+    actions = decide(states, sights, RULES)
+    assert [a.stage for a in actions] == ["hidden", "sprite", "regenerated"]
+    assert [a.evict for a in actions] == [True, False, False]
+    assert [a.regenerate for a in actions] == [False, False, True]
+    assert advance(states[0], actions[0], sights[0]) == ImpostorState(0, stage="hidden", unseen=4)
+
+
+def test_a_capture_larger_than_the_memory_is_never_made():
+    action = _one(ImpostorState(0), _sight(capture_bytes=2000))
+    assert (action.stage, action.regenerate, action.evict) == ("geometry", False, False)
+
+
+_SIGHTS = st.builds(
+    _sight, is_visible=st.booleans(), betas=st.builds(_betas, st.floats(0, 3), st.floats(0, 3), st.floats(0, 3)),
+    predicted=st.sampled_from([0.0, 0.5, 0.9, 1.2, 3.0, inf]), tilt_rad=st.floats(0, 1.2), covered_px=st.floats(0, 1e5),
+    capture_bytes=st.integers(0, 1200), impostor_cost=st.floats(0, 2), geometry_cost=st.floats(0, 2))
+_STATES = st.builds(
+    lambda captured, stale, stage, age, size: ImpostorState("k", captured, stale, stage, age, 0, size if captured else 0),
+    st.booleans(), st.booleans(), st.sampled_from(STAGES), st.integers(0, 9), st.integers(1, 900))
+
+
+@given(st.lists(st.tuples(_STATES, _SIGHTS), max_size=12), st.integers(0, 4))
+@settings(max_examples=150)
+def test_budgets_hold_and_nothing_wrong_is_shown_whatever_happens(pairs, regenerations):
+    rules = replace(RULES, regenerations=regenerations)
+    states, sights = [replace(s, key=i) for i, (s, _) in enumerate(pairs)], [v for _, v in pairs]
+    actions = decide(states, sights, rules)
+    assert [a.key for a in actions] == [s.key for s in states]
+    assert sum(a.regenerate for a in actions) <= regenerations
+    after = [advance(*row) for row in zip(states, actions, sights, strict=True)]
+    assert sum(s.bytes for s in after) <= rules.memory_bytes
+    for state, sight, action in zip(states, sights, actions, strict=True):
+        assert (action.stage == "hidden") == (not sight.is_visible)
+        if action.stage in ("sprite", "warp"):
+            assert state.is_captured
+            assert not state.is_stale
+            assert not action.evict
+            assert sight.predicted < inf
+            assert sight.tilt_rad <= rules.max_tilt_rad
+        if action.regenerate:
+            assert sight.capture_bytes > 0
+            assert sight.is_visible
+
+
+@given(st.lists(st.tuples(_STATES, _SIGHTS), min_size=2, max_size=8))
+@settings(max_examples=60)
+def test_the_neediest_go_first(pairs):
+    states = [replace(s, key=i) for i, (s, _) in enumerate(pairs)]
+    sights = [replace(v, capture_bytes=min(v.capture_bytes, 1)) for _, v in pairs]
+    alone = [_one(s, v, replace(RULES, memory_bytes=10**9)) for s, v in zip(states, sights, strict=True)]
+    together = decide(states, sights, replace(RULES, memory_bytes=10**9))
+    assert any(a.regenerate for a in together) == any(a.regenerate for a in alone)
+    assert all(b.regenerate for a, b in zip(together, alone, strict=True) if a.regenerate)
+
+
+def test_every_predictor_has_a_limit():
+    assert set(LIMITS) == set(PREDICTORS)
+    assert LifeSettings(predictor="critical").effective_limit == LIMITS["critical"]
+
+
+@pytest.mark.parametrize("wrong", [
+    {"predictor": "guess"}, {"approach": "x"}, {"limit": 0.0}, {"limit": float("nan")}, {"sprite_px": 0.0}, {"texel_px": float("inf")},
+    {"max_tilt_rad": 2.0}, {"hysteresis": 0.0}, {"waiting": 0.5}, {"regenerations": -1}, {"memory_bytes": 0}, {"fade_frames": -1}])
+def test_settings_outside_their_domain_are_refused(wrong):
+    with pytest.raises(SettingsError):
+        LifeSettings(**wrong)
