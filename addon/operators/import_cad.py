@@ -24,6 +24,11 @@ UNIT_TITLES = {
     "ft": "Feet",
     "yd": "Yards",
 }
+# Made here: Blender evaluates a class's annotations where a generator does not see the names of this module.
+UNITS = [
+    ("AUTO", "As the File Says", "What the file says, else metres (3MF: millimetres)"),
+    *((name, UNIT_TITLES[name], f"1 unit in the file is {size:g} m") for name, size in METRES_PER_UNIT.items()),
+]
 
 
 class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
@@ -41,10 +46,7 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
         name="Unit",
         default="AUTO",
         description="The unit of the numbers in the file. STL, OBJ, PLY and OFF do not say theirs",
-        items=[
-            ("AUTO", "As the File Says", "What the file says, else metres (3MF: millimetres)"),
-            *((name, UNIT_TITLES[name], f"1 unit in the file is {size:g} m") for name, size in METRES_PER_UNIT.items()),
-        ],
+        items=UNITS,
     )
     up: bpy.props.EnumProperty(
         name="Up",

@@ -47,7 +47,7 @@ def registered_classes() -> set[str]:
 
 def own_functions() -> list:
     """All functions of the extension's modules that are alive: Blender has no list of its timers, it can only be asked for one."""
-    functions = [thing for thing in gc.get_objects() if isinstance(thing, types.FunctionType | types.MethodType)]
+    functions = [thing for thing in gc.get_objects() if type(thing) in (types.FunctionType, types.MethodType)]
     return [function for function in functions if (function.__module__ or "").startswith(MODULE)]
 
 

@@ -67,6 +67,14 @@ def settle(seconds: float = 0.3) -> Generator:
         yield seconds
 
 
+def close_extra_windows() -> Generator:
+    """Leave only the first window."""
+    for extra in list(bpy.context.window_manager.windows)[1:]:
+        with bpy.context.temp_override(window=extra):
+            bpy.ops.wm.window_close()
+        yield 0.3
+
+
 def xdotool(*words: object) -> Generator:
     """Real events; Blender goes on meanwhile."""
     process = subprocess.Popen(["xdotool", *map(str, words)])
@@ -138,6 +146,7 @@ def _everything(names: list[str]) -> Generator:
             continue
         started, error = time.monotonic(), None
         try:
+            yield from close_extra_windows()
             yield from function()
         except Exception:  # a failed claim must not end the others
             error = traceback.format_exc()
