@@ -10,7 +10,10 @@ from .geometry import GeometryStore
 from .gl_raw import BufferTexture, raw_gl
 from .programs import Programs
 from .shade_pass import ShadePass, ShadeTarget
+from .settings import TestChoice
 from .shadow_pass import ShadowMaps
+
+PLAIN = TestChoice()
 
 
 class Device:
@@ -28,9 +31,9 @@ class Device:
         """The camera targets of that size."""
         return self._keep("gbuffer", size, lambda: GBuffer(self.context, size))
 
-    def shadow_maps(self, size: int, layers: int) -> ShadowMaps:
-        """The depth array of that size and count."""
-        return self._keep("shadow", (size, layers), lambda: ShadowMaps(self.context, size, layers))
+    def shadow_maps(self, size: int, layers: int, test: TestChoice = PLAIN) -> ShadowMaps:
+        """The shadow maps of that size and count, with what the test needs beside the depth."""
+        return self._keep("shadow", (size, layers, test.kind, test.depths), lambda: ShadowMaps(self.context, size, layers, test))
 
     def shade_target(self, size: tuple[int, int], data: bool) -> ShadeTarget:
         """The picture's targets, with or without the data images."""

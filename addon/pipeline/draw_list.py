@@ -62,7 +62,10 @@ class DrawList:
     table: BufferTexture
     info: BufferTexture
     visible: BufferTexture
+    scene: Scene
+    rows_of_slot: np.ndarray
     vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
+    extents_pair: tuple[BufferTexture, moderngl.Buffer] | None = None
 
     @classmethod
     def build(cls, context: moderngl.Context, store: GeometryStore, scene: Scene, ranges: IndexRanges,
@@ -72,7 +75,8 @@ class DrawList:
         slots = sum(len(g.slots) for g in groups)
         buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
         textures = BufferTexture(context, buffers[0], "rgba32f"), BufferTexture(context, buffers[1], "rgba32ui"), BufferTexture(context, buffers[2], "r32ui")
-        return cls(context, store, ranges, segments(ranges.first, ranges.count), groups, scene.triangle_count, *buffers, *textures)
+        return cls(context, store, ranges, segments(ranges.first, ranges.count), groups, scene.triangle_count, *buffers, *textures,
+                   scene, rows_of_slot)
 
     def draw(self, baked: moderngl.Program, instanced: moderngl.Program, planes: np.ndarray, *, attributes: bool,
              select: Select | None = None) -> int:
@@ -96,6 +100,13 @@ class DrawList:
         """Bind the instance table for `common_instance.glsl`."""
         self.table.use(SAMPLER_UNITS["u_table"])
         self.info.use(SAMPLER_UNITS["u_info"])
+
+    def extents(self) -> BufferTexture:
+        """Half the extents (RGBA32F, world axes, metres) of the object of each slot, for the ID test; made when first asked for."""
+        if self.extents_pair is None:
+            buffer = self.context.buffer(_half_extents(self.scene, self.rows_of_slot).tobytes())
+            self.extents_pair = BufferTexture(self.context, buffer, "rgba32f"), buffer
+        return self.extents_pair[0]
 
     def _draw_groups(self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None) -> int:
         if not self.groups:
@@ -130,7 +141,7 @@ class DrawList:
         for array in self.vertex_arrays.values():
             array.release()
         self.vertex_arrays.clear()
-        for thing in (self.table, self.info, self.visible, self.table_buffer, self.info_buffer, self.visible_buffer):
+        for thing in (self.table, self.info, self.visible, self.table_buffer, self.info_buffer, self.visible_buffer, *(self.extents_pair or ())):
             thing.release()
 
 
@@ -155,3 +166,17 @@ def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np
     info[used, 2] = rows
     info[:baked_slots, 3] = 1
     return table, info
+
+
+def _half_extents(scene: Scene, rows_of_slot: np.ndarray) -> np.ndarray:
+    """(S, 4) float32: half the size of the box of all instance rows that share the slot's object; 0 for unused slots."""
+    bounds, object_id = scene.instance_bounds_ws(), scene.instances.object_id
+    count = int(object_id.max()) + 1
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, object_id, bounds[:, 0])
+    np.maximum.at(high, object_id, bounds[:, 1])
+    out = np.zeros((len(rows_of_slot), 4), np.float32)
+    used = rows_of_slot >= 0
+    chosen = object_id[rows_of_slot[used]]
+    out[used, :3] = (high[chosen] - low[chosen]) / 2.0
+    return out

@@ -18,6 +18,7 @@ _TEXTURE_2D_ARRAY = 0x8C1A
 _TEXTURE_BUFFER = 0x8C2A
 _FRAMEBUFFER = 0x8D40
 _DEPTH_ATTACHMENT = 0x8D00
+_COLOR = 0x1800
 _COLOR_ATTACHMENT0 = 0x8CE0
 _COMPLETE = 0x8CD5
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
@@ -33,7 +34,7 @@ _SIGNATURES = {
     "glTexBuffer": (_uint, _uint, _uint), "glGenFramebuffers": (_int, _names), "glDeleteFramebuffers": (_int, _names),
     "glBindFramebuffer": (_uint, _uint), "glFramebufferTextureLayer": (_uint, _uint, _uint, _int, _int), "glFramebufferTexture2D": (_uint, _uint, _uint, _uint, _int),
     "glDrawBuffers": (_int, _names), "glReadBuffer": (_uint,), "glGetTexImage": (_uint, _int, _uint, _uint, _void), "glClear": (_uint,),
-    "glUseProgram": (_uint,), "glUniform1i": (_int, _int),
+    "glUseProgram": (_uint,), "glUniform1i": (_int, _int), "glClearBufferuiv": (_uint, _int, _names),
 }
 
 
@@ -117,13 +118,14 @@ class DepthArray(_Owned):
 
 
 class LayerFramebuffer(_Owned):
-    """A framebuffer on one layer of a depth array, with colour layers of moderngl texture arrays beside it."""
+    """A framebuffer on one layer of a depth array (or none), with colour layers of moderngl texture arrays beside it."""
 
-    def __init__(self, context: moderngl.Context, depth: DepthArray, layer: int, colors: Sequence[moderngl.TextureArray] = ()) -> None:
+    def __init__(self, context: moderngl.Context, depth: DepthArray | None, layer: int, colors: Sequence[moderngl.TextureArray] = ()) -> None:
         super().__init__(context, "Framebuffers")
         raw = self.raw
         raw.BindFramebuffer(_FRAMEBUFFER, self.glo)
-        raw.FramebufferTextureLayer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, depth.glo, 0, layer)
+        if depth is not None:
+            raw.FramebufferTextureLayer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, depth.glo, 0, layer)
         for i, texture in enumerate(colors):
             raw.FramebufferTextureLayer(_FRAMEBUFFER, _COLOR_ATTACHMENT0 + i, texture.glo, 0, layer)
         targets = [_COLOR_ATTACHMENT0 + i for i in range(len(colors))] or [0]
@@ -132,12 +134,16 @@ class LayerFramebuffer(_Owned):
         if raw.CheckFramebufferStatus(_FRAMEBUFFER) != _COMPLETE:
             raise GpuError("The driver refused a 32-bit float depth layer as a shadow map: update the graphics driver.")
         self.framebuffer = context.detect_framebuffer(self.glo)
-        self.size = depth.size
+        self.size = depth.size if depth is not None else colors[0].size[0]
 
     def use(self) -> None:
         """Bind, with the viewport on the whole layer."""
         self.framebuffer.use()
         self.context.viewport = (0, 0, self.size, self.size)
+
+    def clear_ids(self, target: int = 0) -> None:
+        """Set an unsigned integer colour target to 0 (glClear is not defined for integers). Bound framebuffers only."""
+        self.raw.ClearBufferuiv(_COLOR, target, (_uint * 4)(0, 0, 0, 0))
 
 
 class BufferTexture(_Owned):

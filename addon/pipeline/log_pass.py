@@ -27,14 +27,14 @@ def log_warp_vector(projection: ShadowProjection) -> np.ndarray:
     return np.array([log.scale, log.offset, float(log.perspective_s), 1.0], np.float32)
 
 
-def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int) -> int:
-    """Draw the casters into the bound layer of `size` texels; returns the triangles sent."""
+def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
+    """Draw the casters into the bound layer of `size` texels, ids as `defines` say; returns the triangles sent."""
     planes = log_planes(projection)
     bends = bending(projection, size)
     sent = 0
     for is_exact in (False, True):
         names = ("shadow_log.vert", "shadow_log.frag", "shadow_log.geom") if is_exact else ("shadow.vert", "shadow.frag")
-        pair = [programs.get(*names, INSTANCED=flag, LOGARITHMIC=1) for flag in (0, 1)]
+        pair = [programs.get(*names, INSTANCED=flag, LOGARITHMIC=1, **defines) for flag in (0, 1)]
         for program in pair:
             set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world), u_map_size=float(size),
                          u_log_warp=log_warp_vector(projection).tobytes())

@@ -16,8 +16,9 @@ SHADER_DIR = Path(__file__).resolve().parent.parent / "shaders"
 VERSION = "#version 330 core\n"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$', re.MULTILINE)
 # Every sampler of every shader has its own texture unit, set once when the program is linked.
-SAMPLER_UNITS = {"u_table": 0, "u_info": 1, "u_visible": 2, "u_view_depth": 3, "u_normal": 4, "u_ids": 5, "u_positions": 6, "u_indices": 7, "u_shadow_depth": 8}
-Defines = tuple[tuple[str, int | float], ...]
+SAMPLER_UNITS = {"u_table": 0, "u_info": 1, "u_visible": 2, "u_view_depth": 3, "u_normal": 4, "u_ids": 5, "u_positions": 6, "u_indices": 7, "u_shadow_depth": 8,
+                 "u_shadow_ids": 9, "u_cells_0": 10, "u_cells_1": 11, "u_cell_ids_0": 12, "u_cell_ids_1": 13, "u_extents": 14}
+Defines = tuple[tuple[str, int | float | str], ...]
 
 
 @lru_cache(maxsize=None)
@@ -54,7 +55,7 @@ class Programs:
         self._context = context
         self._programs: dict[tuple, moderngl.Program] = {}
 
-    def get(self, vertex: str, fragment: str, geometry: str | None = None, **defines: int | float | bool) -> moderngl.Program:
+    def get(self, vertex: str, fragment: str, geometry: str | None = None, **defines: int | float | bool | str) -> moderngl.Program:
         """The program of `vertex` + `fragment` (+ `geometry`) with these defines; compiled once. Raises `GpuError` with the compiler's words."""
         values: Defines = tuple(sorted((k, int(v) if isinstance(v, bool) else v) for k, v in defines.items()))
         key = (vertex, fragment, geometry, values)

@@ -114,8 +114,8 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     ticket.enter(0.4, "shadow")
     plan = _plan(device, request, scene_bounds)
     if plan is not None:
-        maps = device.shadow_maps(request.settings.fit.size, len(plan.projections))
-        draw_shadow_maps(device.context, device.programs, maps, draw_list, plan)
+        maps = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test)
+        draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, request.settings.test)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
     combined, data = _shade(device, request, draw_list, plan, ticket)
@@ -159,7 +159,7 @@ def _shade(device: Device, request: Request, draw_list: DrawList, plan: ShadowPl
 
 
 def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
-    maps = device.shadow_maps(request.settings.fit.size, len(plan.projections)) if plan is not None else None
+    maps = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test) if plan is not None else None
     device.shade_pass.draw(target, device.gbuffer(request.size), maps, draw_list, device.triangles(), camera, request.light, plan, request.settings)
 
 
@@ -184,7 +184,7 @@ def _frame(device: Device, request: Request, plan: ShadowPlan | None, combined: 
         seen = errors[..., 0] >= 0.0
         measured = aliasing_statistics(errors[..., 0][seen], errors[..., 1][seen], errors[..., 2][seen])
     if "texel" in request.passes and plan is not None:
-        passes["shadow_depth"] = device.shadow_maps(request.settings.fit.size, len(plan.projections)).read()
+        passes["shadow_depth"] = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test).read()
     info = device.context.info
     geometry = {"meshes": len(request.scene.meshes), "instances": len(request.scene.instances), "triangles": request.scene.triangle_count}
     return Frame(passes, plan, {}, geometry, {"renderer": info["GL_RENDERER"], "version": info["GL_VERSION"]}, measured,

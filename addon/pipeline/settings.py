@@ -10,6 +10,7 @@ from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, req
 TESTS = ("depth", "id-depth", "triangle")
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
 PCF_COUNTS = (1, 4, 9, 16, 25)
+FILTER_UNITS = ("texel", "pixel", "metre")
 PASSES = ("combined", "shadow", "depth", "normal", "object", "partition", "aliasing", "texel")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
 
@@ -19,8 +20,10 @@ class TestChoice:
     """How a receiver is compared with the map.
 
     `depths` n of the n-SM (SMMVP §4.5); `pcf` k of PCF(k, n). `bias` in metres of light depth for 'constant', in texel footprints for
-    'slope-scaled' and 'normal-offset' (None: that strategy's usual value; 'automatic' needs none). `epsilon`, `epsilon_far` (IDD §5.4)
+    'slope-scaled', 'normal-offset' and 'receiver-plane' (None: that strategy's usual value; 'automatic' needs none). `epsilon`, `epsilon_far` (IDD §5.4)
     in metres, None = automatic per pixel. `id_per_material`: faces of different material slots get different ids.
+    `filter_width` is the width of the filter's square of k taps, in `filter_unit`: texels of the map (its softness follows the warp), pixels of
+    the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
     """
 
     __test__ = False  # not a pytest class
@@ -33,6 +36,8 @@ class TestChoice:
     epsilon: float | None = None
     epsilon_far: float | None = None
     id_per_material: bool = False
+    filter_unit: str = "texel"
+    filter_width: float | None = None
 
     def __post_init__(self) -> None:
         require_choice("Shadow test", self.kind, TESTS)
@@ -42,6 +47,10 @@ class TestChoice:
         for name in ("bias", "epsilon", "epsilon_far"):
             value = getattr(self, name)
             require(value is None or 0.0 <= value < 1e9, f"{name} must be a distance ≥ 0.")
+        require_choice("Filter unit", self.filter_unit, FILTER_UNITS)
+        require(self.filter_width is None or 0.0 < self.filter_width < 1e6, "The filter's width must be greater than 0.")
+        require(self.filter_width is not None or self.filter_unit != "metre", "A filter in metres needs its width.")
+        require(self.kind != "triangle" or self.depths == 1, "The triangle test stores triangles, not depths: set the depths per cell to 1.")
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,7 @@ from .gl_raw import BufferTexture
 from .programs import SAMPLER_UNITS, Programs, set_uniforms
 from .settings import DISPLAYS, Settings
 from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
-
-AUTO_TEXELS = 0.5
+from .shadow_test import test_defines, test_uniforms
 
 
 class ShadeTarget:
@@ -48,13 +47,15 @@ class ShadePass:
              camera: Camera, light: Light | None, plan: ShadowPlan | None, settings: Settings) -> None:
         """Shade `gbuffer` into `target`."""
         program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, MAX_MAPS=MAX_MAPS,
-                                     PCF_SIDE=math.isqrt(settings.test.pcf), AUTO_TEXELS=AUTO_TEXELS,
-                                     USE_OBJECT_COLORS=settings.shading.use_object_colors)
+                                     USE_OBJECT_COLORS=settings.shading.use_object_colors, **test_defines(settings.test))
         self._bind(program, gbuffer, maps, draw_list, triangles)
+        if "u_extents" in program:
+            draw_list.extents().use(SAMPLER_UNITS["u_extents"])
         along, start = pixel_rays(camera, target.size)
         set_uniforms(program, u_along_from_pixel=_column_major(along), u_start_from_pixel=_column_major(start),
                      u_map_count=len(plan.projections) if plan else 0, u_map_size=float(settings.fit.size),
-                     u_display=DISPLAYS.index(settings.shading.display), **_light_uniforms(light, settings), **_colors(settings))
+                     u_display=DISPLAYS.index(settings.shading.display), **_light_uniforms(light, settings), **_colors(settings),
+                     **test_uniforms(settings.test, plan))
         self._block.write(plan_block(plan))
         target.framebuffer.use()
         self._context.enable_only(moderngl.NOTHING)
@@ -64,7 +65,7 @@ class ShadePass:
               triangles: tuple[BufferTexture, BufferTexture]) -> None:
         inputs = {"u_view_depth": gbuffer.view_depth, "u_normal": gbuffer.normal, "u_ids": gbuffer.ids, "u_positions": triangles[0], "u_indices": triangles[1]}
         if maps is not None:
-            inputs["u_shadow_depth"] = maps.depth
+            inputs |= maps.inputs()
         for name, texture in inputs.items():
             texture.use(SAMPLER_UNITS[name])
         draw_list.bind_table()

@@ -11,16 +11,19 @@ from .clusters import frustum_planes
 from .draw_list import DrawList
 from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer
 from .log_pass import draw_log_map, log_warp_vector
+from .nsm_pass import NsmCells
 from .programs import Programs, matrix_bytes, set_uniforms
+from .settings import TestChoice
+from .shadow_test import ids_kind
 
 MAX_MAPS = 48
 _FLOATS_PER_MAP = 60
 
 
 class ShadowMaps:
-    """A depth array and a framebuffer per layer."""
+    """A depth array and a framebuffer per layer; with a test that needs them, an array of ids beside it and the cells of the n-SM."""
 
-    def __init__(self, context: moderngl.Context, size: int, layers: int) -> None:
+    def __init__(self, context: moderngl.Context, size: int, layers: int, test: TestChoice) -> None:
         limit = context.info["GL_MAX_TEXTURE_SIZE"]
         if size > limit:
             raise GpuError(f"A shadow map of {size} texels is larger than this driver's limit of {limit}: choose a map size of {limit} or less.")
@@ -28,37 +31,61 @@ class ShadowMaps:
             raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
         self.size, self.layers = size, layers
         self.depth = DepthArray(context, size, layers)
-        self.framebuffers = [LayerFramebuffer(context, self.depth, layer) for layer in range(layers)]
+        self.ids_kind = ids_kind(test)
+        self.ids = id_array(context, size, layers, self.ids_kind) if self.ids_kind else None
+        colors = [self.ids] if self.ids_kind else []
+        self.framebuffers = [LayerFramebuffer(context, self.depth, layer, colors) for layer in range(layers)]
+        self.cells = NsmCells(context, size, layers, test.depths, self.ids) if test.depths > 1 else None
 
     def release(self) -> None:
-        """Free the array and its framebuffers."""
+        """Free the arrays and their framebuffers."""
         for framebuffer in self.framebuffers:
             framebuffer.release()
-        self.depth.release()
+        for thing in (self.depth, self.ids, self.cells):
+            if thing is not None:
+                thing.release()
+
+    def inputs(self) -> dict[str, object]:
+        """The textures that the tests read, by sampler name."""
+        named = {"u_shadow_depth": self.depth, "u_shadow_ids": self.ids}
+        return {name: texture for name, texture in named.items() if texture is not None} | (self.cells.inputs() if self.cells else {})
 
     def read(self) -> np.ndarray:
         """(layers, size, size) float32 depth 0…1, row 0 at t = −1."""
         return np.frombuffer(self.depth.read(), np.float32).reshape(self.layers, self.size, self.size)
 
 
-def draw_shadow_maps(context: moderngl.Context, programs: Programs, maps: ShadowMaps, draw_list: DrawList, plan: ShadowPlan) -> int:
+def id_array(context: moderngl.Context, size: int, layers: int, components: int) -> moderngl.TextureArray:
+    """An R32UI (object ids) or RG32UI (slot + 1, triangle) array."""
+    array = context.texture_array((size, size, layers), components, dtype="u4")
+    array.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return array
+
+
+def draw_shadow_maps(context: moderngl.Context, programs: Programs, maps: ShadowMaps, draw_list: DrawList, plan: ShadowPlan,
+                     test: TestChoice) -> int:
     """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp)."""
+    defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
     sent = 0
     for projection, framebuffer in zip(plan.projections, maps.framebuffers, strict=True):
         framebuffer.use()
         framebuffer.framebuffer.clear(depth=1.0)
+        if maps.ids_kind:
+            framebuffer.clear_ids()
         if not projection.is_empty:
-            sent += _draw_one(programs, draw_list, projection, maps.size)
+            sent += _draw_one(programs, draw_list, projection, maps.size, defines)
     context.disable_direct(GL_DEPTH_CLAMP)
+    if maps.cells is not None:
+        maps.cells.select(programs, maps.depth, plan)
     return sent
 
 
-def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int) -> int:
+def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
     if projection.log is not None:
-        return draw_log_map(programs, draw_list, projection, size)
-    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, LOGARITHMIC=0) for flag in (0, 1)]
+        return draw_log_map(programs, draw_list, projection, size, defines)
+    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, LOGARITHMIC=0, **defines) for flag in (0, 1)]
     for program in pair:
         set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world))
     return draw_list.draw(*pair, frustum_planes(projection.clip_from_world, cull_near=False), attributes=False)

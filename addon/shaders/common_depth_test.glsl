@@ -1,47 +1,55 @@
-// One receiver against one cell of the map.
+// One receiver against one cell of the map: the share of the light that the cell lets through, 0 ... 1.
 //
-// The stored occluder is put back into world space on the light ray through the cell's centre, and its height above the receiver's
-// plane decides: h = N . (X_occluder - X_receiver) > bias. A planar receiver never shadows itself, whatever the warp, and the bias is in metres.
+// DEPTHS = n > 1: the cell holds its own depth and n - 1 of its neighbours' (SMMVP §4.5, written by nsm.frag) and the answer is the
+// composite test's s / n, counted as light. Each depth is compared where it was stored, so a tilted plane does not shadow itself.
+#if TEST == TEST_ID_DEPTH
+#include "common_id_test.glsl"
+#else
+#define Limits float
+Limits limits_of(Receiver r) { return bias_m(r); }
+#endif
+#if DEPTHS == 1
 uniform sampler2DArray u_shadow_depth;
+#else
+#include "common_neighbours.glsl"
+uniform sampler2DArray u_cells_0, u_cells_1;
+#endif
+#if TEST == TEST_ID_DEPTH
+#if DEPTHS == 1
+uniform usampler2DArray u_shadow_ids;
+#else
+uniform usampler2DArray u_cell_ids_0, u_cell_ids_1;
+#endif
+#endif
 
-struct Receiver {
-    vec3 position_ws;
-    vec3 normal_ws;      // geometric, on the lit side
-    int map;
-    vec4 q;              // project(map, position)
-    float bias_m;        // height above the plane that counts as above
-};
-
-float stored_depth(int map, ivec2 cell) {
-    ivec2 clamped = clamp(cell, ivec2(0), ivec2(int(u_map_size) - 1));
-    return texelFetch(u_shadow_depth, ivec3(clamped, map), 0).r * 2.0 - 1.0;
-}
-
-vec2 cell_ndc(ivec2 cell) { return (vec2(cell) + 0.5) * (2.0 / u_map_size) - 1.0; }
-
-// Metres by which the occluder stored in that cell stands above the receiver's plane (negative: below).
-float occluder_height(Receiver r, ivec2 cell) {
-    vec3 occluder_ws = unproject(r.map, vec3(cell_ndc(cell), stored_depth(r.map, cell)));
-    return dot(r.normal_ws, occluder_ws - r.position_ws);
-}
-
-float lit_by_cell(Receiver r, ivec2 cell) { return occluder_height(r, cell) > r.bias_m ? 0.0 : 1.0; }
-
-// The automatic bias, metres above the plane: what the map cannot tell from the plane itself. Terms: the rasteriser's snapping and the share
-// of a texel by which curved neighbours stand up (AUTO_TEXELS of the footprint, as far as the surface tilts against the light), one step of
-// the depth format at this place of the warped map, and the rounding of float32 positions.
-float automatic_bias_m(int map, vec4 q, vec3 x_ws, vec3 normal_ws, vec3 light_ws) {
-    vec3 grad_s, grad_t;
-    texel_gradients(map, q, grad_s, grad_t);
-    // world vectors of one texel step, perpendicular to the light ray: columns of the pseudo-inverse of (grad_s, grad_t)
-    vec3 gs = grad_s - light_ws * dot(grad_s, light_ws), gt = grad_t - light_ws * dot(grad_t, light_ws);
-    float a = dot(gs, gs), b = dot(gs, gt), d = dot(gt, gt);
-    float det = max(a * d - b * b, 1e-30);
-    vec3 step_s = (d * gs - b * gt) / det, step_t = (a * gt - b * gs) / det;
-    float tilt = abs(dot(normal_ws, step_s)) + abs(dot(normal_ws, step_t));
-    vec3 deeper = unproject(map, vec3(q.xy, q.z + 2.0e-3));
-    float metres_per_depth = length(deeper - x_ws) / 2.0e-3;
-    float depth_step = metres_per_depth * 2.4e-7 * abs(dot(normal_ws, light_ws));
-    float rounding = 5.0e-7 * (abs(x_ws.x) + abs(x_ws.y) + abs(x_ws.z));
-    return AUTO_TEXELS * tilt + 2.0 * depth_step + rounding;
+float light_through(Receiver r, Limits limits, ivec2 cell) {
+    ivec3 at = ivec3(clamped_cell(cell), r.map);
+#if DEPTHS == 1
+    float depth = texelFetch(u_shadow_depth, at, 0).r * 2.0 - 1.0;
+#if TEST == TEST_ID_DEPTH
+    return is_dark(r, limits, cell, depth, texelFetch(u_shadow_ids, at, 0).r) ? 0.0 : 1.0;
+#else
+    return stands_before(r, limits, cell, depth) ? 0.0 : 1.0;
+#endif
+#else
+    vec4 depths[2];
+    depths[0] = texelFetch(u_cells_0, at, 0);
+    depths[1] = DEPTHS > 4 ? texelFetch(u_cells_1, at, 0) : vec4(0.0);
+#if TEST == TEST_ID_DEPTH
+    uvec4 ids[2];
+    ids[0] = texelFetch(u_cell_ids_0, at, 0);
+    ids[1] = DEPTHS > 4 ? texelFetch(u_cell_ids_1, at, 0) : uvec4(0u);
+#endif
+    int lit = 0;
+    for (int i = 0; i < DEPTHS; ++i) {
+        ivec2 place = cell + place_of(i, depths[0]);
+        float depth = depths[i / 4][i % 4] * 2.0 - 1.0;
+#if TEST == TEST_ID_DEPTH
+        lit += is_dark(r, limits, place, depth, ids[i / 4][i % 4]) ? 0 : 1;
+#else
+        lit += stands_before(r, limits, place, depth) ? 0 : 1;
+#endif
+    }
+    return float(lit) / float(DEPTHS);
+#endif
 }

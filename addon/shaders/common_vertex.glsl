@@ -1,7 +1,12 @@
 // Where a vertex stands: baked parts carry world positions and their slot, instanced ones look both up.
 in vec3 in_position;
-#if INSTANCED
+#ifndef IDS
+#define IDS 0
+#endif
+#if INSTANCED || IDS == 1
 #include "common_instance.glsl"
+#endif
+#if INSTANCED
 uniform usamplerBuffer u_visible;
 uniform int u_first_instance;
 uint vertex_slot() { return texelFetch(u_visible, u_first_instance + gl_InstanceID).r; }

@@ -3,14 +3,13 @@
 #include "common_instance.glsl"
 #include "common_plan.glsl"
 #include "common_aliasing.glsl"
-#include "common_depth_test.glsl"
+#include "common_receiver.glsl"
+#include "common_triangles.glsl"
 #include "common_filter.glsl"
 #include "common_light.glsl"
 uniform sampler2D u_view_depth;
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
-uniform samplerBuffer u_positions;
-uniform usamplerBuffer u_indices;
 uniform mat3 u_along_from_pixel;   // view ray per metre of view depth: M (x, y, 1), pixel coordinates from the bottom left
 uniform mat3 u_start_from_pixel;   // world point at view depth 0
 uniform vec4 u_background, u_clay;
@@ -21,18 +20,24 @@ layout(location = 2) out vec4 out_normal;
 layout(location = 3) out ivec2 out_ids;     // object or -1, map or -1
 #endif
 
-vec3 corner_ws(uvec4 info, uint slot, uint corner) {
-    int v = int(texelFetch(u_indices, int(corner)).r) * 3;
-    vec3 p = vec3(texelFetch(u_positions, v).r, texelFetch(u_positions, v + 1).r, texelFetch(u_positions, v + 2).r);
-    return info.w != 0u ? p : placed_ws(slot, p);
-}
+// What the tests need of the triangle seen: its normal turned to the viewer, and the seen point put exactly into its plane, because the
+// interpolated view depth of a large triangle is off by many times float32's own noise.
+struct Surface {
+    vec3 normal_ws;
+    vec3 position_ws;
+    float noise_m;
+};
 
-// Normal of the triangle itself, turned to the viewer.
-vec3 geometric_normal_ws(uvec4 info, uint slot, uint triangle, vec3 along) {
+Surface surface_seen(uvec4 info, uint slot, uint triangle, vec3 start, vec3 along, float view_depth) {
     vec3 a = corner_ws(info, slot, triangle * 3u), b = corner_ws(info, slot, triangle * 3u + 1u), c = corner_ws(info, slot, triangle * 3u + 2u);
     vec3 n = cross(b - a, c - a);
     n /= max(length(n), 1e-30);
-    return dot(n, along) > 0.0 ? -n : n;
+    n = dot(n, along) > 0.0 ? -n : n;
+    vec3 x = start + along * view_depth;
+    float slope = dot(n, along);
+    if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -1e-3 * view_depth, 1e-3 * view_depth);
+    vec3 size = max(abs(x), max(abs(start), abs(a)));
+    return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z));
 }
 
 void background() {
@@ -53,8 +58,8 @@ void main() {
     float view_depth = texelFetch(u_view_depth, pixel, 0).r;
     vec3 pixel_h = vec3(gl_FragCoord.xy, 1.0);
     vec3 along = u_along_from_pixel * pixel_h;
-    vec3 x_ws = u_start_from_pixel * pixel_h + along * view_depth;
-    vec3 geometric = geometric_normal_ws(info, slot, ids.g, along);
+    Surface seen = surface_seen(info, slot, ids.g, u_start_from_pixel * pixel_h, along, view_depth);
+    vec3 x_ws = seen.position_ws, geometric = seen.normal_ws;
     vec3 smooth_normal = from_octahedral(texelFetch(u_normal, pixel, 0).rg);
     smooth_normal = dot(smooth_normal, geometric) < 0.0 ? -smooth_normal : smooth_normal;
     vec3 light_ws = towards_light(x_ws);
@@ -64,12 +69,17 @@ void main() {
     vec3 errors = vec3(-1.0);
     if (map >= 0) {
         vec4 q = project(map, x_ws);
-        if (faces) light = light_at(map, q, x_ws, geometric, light_ws);
-#if DATA
         vec3 grad_s, grad_t;
         texel_gradients(map, q, grad_s, grad_t);
         vec3 move_x = u_along_from_pixel[0] * view_depth + u_start_from_pixel[0];
         vec3 move_y = u_along_from_pixel[1] * view_depth + u_start_from_pixel[1];
+        if (faces) {
+            mat2 on_surface = FILTER_UNIT == FILTER_PIXELS ? texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric) : mat2(1.0);
+            light = 1.0;
+            if (all(lessThanEqual(abs(q.xy), vec2(1.0))))
+                light = light_at(receiver_at(map, q, grad_s, grad_t, x_ws, geometric, light_ws, seen.noise_m, ids, id_of(info)), on_surface);
+        }
+#if DATA
         vec3 towards_eye = -normalize(along);
         vec3 mid = light_ws + towards_eye;
         mid = dot(mid, mid) > 1e-6 ? normalize(mid) : geometric;

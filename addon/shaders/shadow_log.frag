@@ -1,4 +1,6 @@
 // Exact coverage and depth of a triangle at the texel centre of a logarithmic map: t is inverted, the rest is straight.
+#define v_id g_id
+#include "common_shadow_ids.glsl"
 uniform vec4 u_log_warp;
 uniform float u_map_size;
 flat in vec2 g_origin, g_side1, g_side2;
@@ -15,4 +17,5 @@ void main() {
     float u = crossed(p, g_side2) / area, v = crossed(g_side1, p) / area;
     if (u < -TOLERANCE || v < -TOLERANCE || u + v > 1.0 + TOLERANCE) discard;
     gl_FragDepth = clamp((g_depth.x + u * g_depth.y + v * g_depth.z) * 0.5 + 0.5, 0.0, 1.0);
+    write_ids();
 }

@@ -5,6 +5,10 @@ layout(triangle_strip, max_vertices = 4) out;
 uniform vec4 u_log_warp;   // as ShadowMap.log_warp
 uniform float u_map_size;
 in vec4 v_clip[];
+#if IDS
+flat in uint v_id[];
+flat out uint g_id;
+#endif
 flat out vec2 g_origin, g_side1, g_side2;   // the triangle in (X, w), where its edges are straight and its depth is affine
 flat out vec3 g_depth;                      // depth at the origin and its change along the sides
 
@@ -42,6 +46,9 @@ void main() {
     for (int i = 0; i < 4; ++i) {
         gl_Position = vec4(corners[i], 0.0, 1.0);
         gl_PrimitiveID = gl_PrimitiveIDIn;
+#if IDS
+        g_id = v_id[0];
+#endif
         EmitVertex();
     }
     EndPrimitive();

@@ -1,0 +1,53 @@
+"""The n-SM (SMMVP §4.5): one pass over each layer of a shadow map gathers the n depths of every cell. Worker thread only."""
+
+from __future__ import annotations
+
+import moderngl
+
+from ..maths.projection import ShadowPlan
+from .gl_raw import DepthArray, LayerFramebuffer
+from .programs import SAMPLER_UNITS, Programs, set_uniforms
+from .shadow_test import neighbour_define
+
+PER_TARGET = 4
+
+
+class NsmCells:
+    """RGBA32F arrays that hold four depths of a cell each (one fetch up to n = 4), with RGBA32UI arrays of their ids where the map has ids."""
+
+    def __init__(self, context: moderngl.Context, size: int, layers: int, depths: int, ids: moderngl.TextureArray | None) -> None:
+        targets = -(-depths // PER_TARGET)
+        self._context, self._depths, self._map_ids = context, depths, ids
+        self.depths = [context.texture_array((size, size, layers), 4, dtype="f4") for _ in range(targets)]
+        self.ids = [context.texture_array((size, size, layers), 4, dtype="u4") for _ in range(targets)] if ids is not None else []
+        for texture in (*self.depths, *self.ids):
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._framebuffers = [LayerFramebuffer(context, None, layer, (*self.depths, *self.ids)) for layer in range(layers)]
+        self._array: moderngl.VertexArray | None = None
+
+    def inputs(self) -> dict[str, moderngl.TextureArray]:
+        """The arrays by sampler name."""
+        return ({f"u_cells_{i}": texture for i, texture in enumerate(self.depths)}
+                | {f"u_cell_ids_{i}": texture for i, texture in enumerate(self.ids)})
+
+    def select(self, programs: Programs, depth: DepthArray, plan: ShadowPlan) -> None:
+        """Fill the cells from the map's depths (and ids)."""
+        program = programs.get("fullscreen.vert", "nsm.frag", DEPTHS=self._depths, WITH_IDS=int(bool(self.ids)), **neighbour_define(self._depths))
+        if self._array is None:
+            self._array = self._context.vertex_array(program, [])
+        self._context.enable_only(moderngl.NOTHING)
+        depth.use(SAMPLER_UNITS["u_shadow_depth"])
+        if self._map_ids is not None:
+            self._map_ids.use(SAMPLER_UNITS["u_shadow_ids"])
+        for layer, (framebuffer, projection) in enumerate(zip(self._framebuffers, plan.projections, strict=True)):
+            if projection.is_empty:
+                continue
+            framebuffer.use()
+            set_uniforms(program, u_layer=layer)
+            self._array.render(moderngl.TRIANGLES, vertices=3)
+
+    def release(self) -> None:
+        """Free the arrays and their framebuffers."""
+        for thing in (*self._framebuffers, *self.depths, *self.ids, self._array):
+            if thing is not None:
+                thing.release()

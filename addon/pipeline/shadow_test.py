@@ -1,0 +1,66 @@
+"""The shadow test chosen in the settings as compile-time defines and uniforms of `shaders/common_filter.glsl` and its kin. No GL."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..maths.projection import ShadowPlan
+from .settings import BIASES, FILTER_UNITS, TESTS, TestChoice
+
+# Numbers of the automatic bias and the exact test, by measurement (docs/shadow_tests.md).
+AUTO_TILT = 1.0
+AUTO_FLAT = 0.0
+FAR_TEXELS = 3.0
+REACH = 1
+STEEPEST_TANGENT = 16.0
+USUAL_BIAS = {"slope-scaled": 1.5, "normal-offset": 1.5, "receiver-plane": 0.5}
+USUAL_CONSTANT_SHARE = 2e-3
+IDS_NONE, IDS_OBJECT, IDS_TRIANGLE = 0, 1, 2
+
+
+def ids_kind(test: TestChoice) -> int:
+    """What the map stores beside the depth: nothing, an object number (R32UI), or slot + 1 and triangle (RG32UI)."""
+    return {"depth": IDS_NONE, "id-depth": IDS_OBJECT, "triangle": IDS_TRIANGLE}[test.kind]
+
+
+def neighbours(depths: int) -> list[tuple[int, int]]:
+    """The n − 1 cells whose depths an n-SM (n ≥ 4) keeps beside its own: spread evenly round the centre (SMMVP §4.5.4)."""
+    angles = math.pi / 2 + 2.0 * math.pi * np.arange(depths - 1) / (depths - 1)
+    return [(int(x), int(y)) for x, y in np.rint(1.2 * np.stack([np.cos(angles), np.sin(angles)], axis=-1))]
+
+
+def neighbour_define(depths: int) -> dict[str, str]:
+    """The define `NEIGHBOURS` of common_neighbours.glsl."""
+    return {"NEIGHBOURS": ", ".join(f"ivec2({x}, {y})" for x, y in neighbours(depths))} if depths >= 4 else {}
+
+
+def test_defines(test: TestChoice) -> dict[str, int | float | str]:
+    """Everything the shading program is compiled with for this test: unused tests cost nothing."""
+    side = math.isqrt(test.pcf)
+    width = float(side) if test.filter_width is None else test.filter_width
+    names = {f"TEST_{name.upper().replace('-', '_')}": i for i, name in enumerate(TESTS)}
+    names |= {f"BIAS_{name.upper().replace('-', '_')}": i for i, name in enumerate(BIASES)}
+    names |= {f"FILTER_{name.upper()}S": i for i, name in enumerate(FILTER_UNITS)}
+    return {
+        **names, **neighbour_define(test.depths), "TEST": TESTS.index(test.kind), "BIAS": BIASES.index(test.bias_strategy),
+        "FILTER_UNIT": FILTER_UNITS.index(test.filter_unit), "PCF_SIDE": side, "TAP_SPACING": width / side, "DEPTHS": test.depths,
+        "ID_PER_MATERIAL": int(test.id_per_material), "REACH": REACH, "FAR_TEXELS": FAR_TEXELS, "AUTO_TILT": AUTO_TILT, "AUTO_FLAT": AUTO_FLAT,
+        "STEEPEST_TANGENT": STEEPEST_TANGENT,
+    }
+
+
+def test_uniforms(test: TestChoice, plan: ShadowPlan | None) -> dict[str, float]:
+    """`u_bias` (metres or texels, as the strategy has it) and the epsilons (metres; −1 = automatic)."""
+    return {"u_bias": _bias(test, plan), "u_epsilon": -1.0 if test.epsilon is None else test.epsilon,
+            "u_epsilon_far": -1.0 if test.epsilon_far is None else test.epsilon_far}
+
+
+def _bias(test: TestChoice, plan: ShadowPlan | None) -> float:
+    if test.bias is not None:
+        return test.bias
+    if test.bias_strategy == "constant":
+        ranges = [p.light_depth_range for p in plan.projections if not p.is_empty] if plan is not None else []
+        return USUAL_CONSTANT_SHARE * max((far - near for near, far in ranges), default=0.0)
+    return USUAL_BIAS.get(test.bias_strategy, 0.0)

@@ -1,0 +1,43 @@
+// The triangle-exact test (method §8): the map says which triangles are near the light's ray, the ray itself decides.
+//
+// Dark iff the ray from the receiver towards the light hits a triangle stored in the cells round it (REACH cells each way; its own triangle
+// excluded), or everything stored there stands higher above the receiver's plane than far_m: then something whose own edge lies elsewhere,
+// or that never won a cell, covers it. No bias: only float32's noise, within which another plane is the same plane (coplanar neighbours,
+// coincident faces). Taps of a filter share the candidates: each triangle is fetched once and tested against every ray that is still lit.
+uniform sampler2DArray u_shadow_depth;
+uniform usampler2DArray u_shadow_ids;
+uniform float u_epsilon_far;   // metres along the ray; negative: FAR_TEXELS texels
+
+struct Triangle {
+    vec3 a, b, c;      // relative to the receiver
+    vec3 normal;       // unit; its height over the receiver in .height
+    float height;
+    float noise;
+};
+
+Triangle triangle_seen_from(Receiver r, uvec2 ids) {
+    uint slot = ids.x - 1u;
+    uvec4 info = instance_info(slot);
+    Triangle t;
+    t.a = corner_ws(info, slot, ids.y * 3u) - r.position_ws;
+    t.b = corner_ws(info, slot, ids.y * 3u + 1u) - r.position_ws;
+    t.c = corner_ws(info, slot, ids.y * 3u + 2u) - r.position_ws;
+    vec3 e1 = t.b - t.a, e2 = t.c - t.a, n = cross(e1, e2);
+    float area = max(length(n), 1e-30);
+    t.normal = n / area;
+    t.height = dot(t.normal, t.a);
+    // a sliver's normal is as uncertain as its height is small
+    t.noise = r.noise_m + 4.8e-7 * length(e1) * length(e2) * length(t.a) / area;
+    return t;
+}
+
+// Does the ray from `offset` (relative to the receiver) hit it? Edge functions change sign exactly with the order of the corners, so the
+// ray passes no crack between neighbours.
+bool hits(Receiver r, Triangle t, vec3 offset) {
+    float height = t.height - dot(t.normal, offset), slope = dot(t.normal, r.light_ws);
+    if (abs(height) <= t.noise || height * slope <= 0.0) return false;
+    vec3 a = t.a - offset, b = t.b - offset, c = t.c - offset;
+    vec3 e = vec3(dot(r.light_ws, cross(a, b)), dot(r.light_ws, cross(b, c)), dot(r.light_ws, cross(c, a)));
+    if (!(all(greaterThanEqual(e, vec3(0.0))) || all(lessThanEqual(e, vec3(0.0))))) return false;
+    return u_light.w == 0.0 || height / slope < distance(u_light.xyz, r.position_ws);
+}
