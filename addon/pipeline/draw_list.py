@@ -26,21 +26,23 @@ Select = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (bounds_ws, longest e
 
 @dataclass(slots=True)
 class InstancedGroup:
-    """A mesh in object space and the slots it is placed at, with the world bounds and the longest edge of each."""
+    """A mesh in object space and the slots it is placed at, with the instance row, the world bounds and the longest edge of each."""
 
     first_index: int
     index_count: int
     slots: np.ndarray
+    rows: np.ndarray
     bounds_ws: np.ndarray
     longest_edge_m: np.ndarray
 
 
 @dataclass(slots=True)
 class IndexRanges:
-    """Baked clusters: index ranges in order, their world bounds and longest edges."""
+    """Baked clusters: index ranges in order, the instance row of each, its world bounds and longest edge."""
 
     first: np.ndarray
     count: np.ndarray
+    rows: np.ndarray
     bounds_ws: np.ndarray
     longest_edge_m: np.ndarray
 
@@ -79,22 +81,23 @@ class DrawList:
                    scene, rows_of_slot)
 
     def draw(self, baked: moderngl.Program, instanced: moderngl.Program, planes: np.ndarray, *, attributes: bool,
-             select: Select | None = None) -> int:
+             select: Select | None = None, rows: np.ndarray | None = None) -> int:
         """Draw all that reaches inside `planes` (and `select` chooses) with the two variants of a program; returns the triangles sent.
 
+        `rows` (I,) bool: only these instance rows of the scene.
         `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle` and the instance table.
         """
         self.bind_table()
         sent, ranges = 0, self.ranges
         if len(ranges.first):
             array = self._vertex_array(baked, attributes)
-            mask = _chosen(ranges, planes, select)
-            gap = MERGED_GAP if select is None else 0
+            mask = _chosen(ranges, planes, select, rows)
+            gap = MERGED_GAP if select is None and rows is None else 0
             for first, count in runs(mask, ranges.first, ranges.count, self.segment, gap):
                 set_uniforms(baked, u_first_triangle=first // 3)
                 array.render(moderngl.TRIANGLES, vertices=count, first=first)
                 sent += count // 3
-        return sent + self._draw_groups(instanced, planes, attributes, select)
+        return sent + self._draw_groups(instanced, planes, attributes, select, rows)
 
     def bind_table(self) -> None:
         """Bind the instance table for `common_instance.glsl`."""
@@ -108,10 +111,11 @@ class DrawList:
             self.extents_pair = BufferTexture(self.context, buffer, "rgba32f"), buffer
         return self.extents_pair[0]
 
-    def _draw_groups(self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None) -> int:
+    def _draw_groups(self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None,
+                     rows: np.ndarray | None) -> int:
         if not self.groups:
             return 0
-        chosen = [g.slots[_chosen(g, planes, select)] for g in self.groups]
+        chosen = [g.slots[_chosen(g, planes, select, rows)] for g in self.groups]
         self.visible_buffer.write(np.concatenate(chosen).tobytes())
         self.visible.use(SAMPLER_UNITS["u_visible"])
         array = self._vertex_array(program, attributes)
@@ -145,8 +149,10 @@ class DrawList:
             thing.release()
 
 
-def _chosen(things: IndexRanges | InstancedGroup, planes: np.ndarray, select: Select | None) -> np.ndarray:
+def _chosen(things: IndexRanges | InstancedGroup, planes: np.ndarray, select: Select | None, rows: np.ndarray | None) -> np.ndarray:
     mask = visible(things.bounds_ws, planes)
+    if rows is not None:
+        mask &= rows[things.rows]
     return mask if select is None else mask & select(things.bounds_ws, things.longest_edge_m)
 
 

@@ -30,8 +30,9 @@ class GBuffer:
             thing.release()
 
 
-def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera) -> int:
-    """Draw the scene as the camera sees it; returns the triangles sent."""
+def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera,
+                 rows: np.ndarray | None = None) -> int:
+    """Draw the scene (or only the instance rows of the mask `rows`) as the camera sees it; returns the triangles sent."""
     target.framebuffer.use()
     target.framebuffer.clear()
     context.enable_only(moderngl.DEPTH_TEST)
@@ -40,7 +41,7 @@ def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer,
     for program in pair:
         set_uniforms(program, u_clip_from_world=matrix_bytes(camera.clip_from_world),
                      u_view_depth_from_world=np.asarray(-view[2], np.float32).tobytes())
-    return draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True)
+    return draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True, rows=rows)
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

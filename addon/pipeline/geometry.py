@@ -136,9 +136,9 @@ class GeometryStore:
             rows_of_slot[cursor : cursor + len(rows)] = rows
             slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
             stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
-            groups.append(InstancedGroup(part.first_index, part.index_count, slots, bounds_ws[rows], stretch * part.longest_edges.max()))
+            groups.append(InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max()))
             cursor += len(rows)
-        return DrawList.build(self._context, self, scene, _ranges_of([p for p, _ in parts]), groups, rows_of_slot, base)
+        return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, base)
 
     def _replace_draw_list(self, draw_list: DrawList) -> None:
         if self._draw_list is not None:
@@ -228,10 +228,12 @@ def _turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
     return (out / np.where(length > 0.0, length, 1.0)).astype(np.float32)
 
 
-def _ranges_of(parts: list[_Part]) -> IndexRanges:
-    """Every cluster of the parts, in index order."""
-    if not parts:
-        return IndexRanges(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2, 3)), np.empty(0))
+def _ranges_of(placed: list[tuple[_Part, int]]) -> IndexRanges:
+    """Every cluster of the parts, in index order, with the instance row that each part belongs to."""
+    if not placed:
+        return IndexRanges(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2, 3)), np.empty(0))
+    parts = [part for part, _ in placed]
+    rows = np.repeat([row for _, row in placed], [len(p.cluster_starts) for p in parts])
     first = np.concatenate([p.first_index + 3 * p.cluster_starts for p in parts])
     ends = np.concatenate([np.append(p.first_index + 3 * p.cluster_starts[1:], p.first_index + p.index_count) for p in parts])
-    return IndexRanges(first, ends - first, np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts]))
+    return IndexRanges(first, ends - first, rows, np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts]))
