@@ -24,7 +24,7 @@ def inventory() -> dict[str, Counter]:
         "classes": {*classes, *registered_classes()},
         "properties": [f"{name}.{p.identifier}" for name, kind in structs.items() for p in kind.bl_rna.properties],
         "operators": [f"{group}.{name}" for group in dir(bpy.ops) for name in dir(getattr(bpy.ops, group))],
-        "menu entries": [f"{name}: {full_name(f)}" for name, kind in menus.items() for f in kind.draw._draw_funcs],
+        "menu entries": [f"{name}: {full_name(f)}" for name, kind in menus.items() for f in added_draws(kind)],
         "handlers": [f"{name}: {full_name(f)}" for name, listed in handlers.items() for f in listed],
         "timers": [full_name(f) for f in own_functions() if bpy.app.timers.is_registered(f)],
         "threads": [thread.name for thread in threading.enumerate()],
@@ -32,6 +32,11 @@ def inventory() -> dict[str, Counter]:
         "wheels": [path.name for path in site_folder().glob("*.dist-info")],
     }
     return {kind: Counter(names) for kind, names in found.items()}
+
+
+def added_draws(menu: type) -> list:
+    """What was appended to a menu; Blender's list also has the menu's own draw function, from the first append on and for good."""
+    return [function for function in menu.draw._draw_funcs if full_name(function) != f"{menu.__module__}.{menu.__qualname__}.draw"]
 
 
 def registered_classes() -> set[str]:

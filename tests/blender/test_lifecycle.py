@@ -73,8 +73,9 @@ def test_another_file_opened_after_a_render_changes_nothing_of_the_extension(cub
     before = inventory()
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     assert difference(inventory(), before) == {}
-    bpy.context.scene.render.engine = "CAD_SHADOW_PREVIEW"
-    render(bpy.context.scene)
+    scene = bpy.context.scene
+    scene.render.engine, scene.render.resolution_percentage = "CAD_SHADOW_PREVIEW", 5
+    render(scene)
 
 
 LEAVE_WITHOUT_DISABLING = f"""
