@@ -96,7 +96,7 @@ def _mesh(made: _Made, mesh: CadMesh, materials: list[bpy.types.Material]) -> bp
         data.attributes.new("material_index", "INT", "FACE").data.foreach_set("value", mesh.triangle_slots)
     data.update(calc_edges=True)
     if mesh.normals is None:
-        data.shade_flat()
+        data.attributes.new("sharp_face", "BOOLEAN", "FACE").data.foreach_set("value", np.ones(count, dtype=bool))
     else:
         _custom_normals(data, mesh.normals)
     return data

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ..cad_model import CadMaterial, CadMesh, CadModel, CadPart
 from ..errors import CadFileError
-from ..pipeline.mesh_prep import Defects, drawable
+from .cleaning import CleanPiece, clean_pieces, own_centre
 from .colors import color_slots
 from .raw import RawFile, RawPiece
 from .units import FORMAT_DEFAULTS, metres_per_unit, z_up_from
+
+GREY = np.array([0.8, 0.8, 0.8, 1.0])
 
 
 def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> CadModel:
@@ -19,108 +22,92 @@ def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> Cad
     default_unit, default_up, is_fixed = FORMAT_DEFAULTS[file.suffix.lower()]
     warnings = list(raw.warnings)
     unit, scale = metres_per_unit(units or raw.units or default_unit)
-    axis = (up or default_up).upper()
+    axis = (up or default_up).strip().upper()
+    turn = z_up_from(axis)
     if units is None and raw.units is None and not is_fixed:
         warnings.append(f"{file.name} names no unit: taken as metres. Set the unit if that is wrong.")
-    builder = _Builder(raw, scale * z_up_from(axis))
-    meshes = {key: builder.mesh(name, pieces) for key, (name, pieces) in raw.meshes.items()}
+    cleaned, defects = clean_pieces([piece for _, pieces in raw.meshes.values() for piece in pieces], scale * turn)
+    builder = _Builder(raw, cleaned)
+    meshes = {key: builder.mesh(name, pieces, key) for key, (name, pieces) in raw.meshes.items()}
     kept = {key: i for i, key in enumerate(k for k, m in meshes.items() if m is not None)}
     if not kept:
-        detail = f" {builder.defects.sentence()}" if builder.defects else ""
+        detail = f" {defects.sentence()}" if defects else ""
         raise CadFileError(f"{file.name} holds no face to draw: export it with surfaces or a mesh.{detail}")
-    if builder.defects:
-        warnings.append(builder.defects.sentence(file.name))
+    if defects:
+        warnings.append(defects.sentence(file.name))
     if len(kept) < len(meshes):
         warnings.append(f"{len(meshes) - len(kept)} meshes of {file.name} hold no face and were left out.")
-    parts = _parts(raw, kept, scale, z_up_from(axis), warnings)
+    parts = _parts(raw, kept, builder.centres, _matrices(raw, scale, turn), warnings)
     if not any(p.mesh >= 0 for p in parts):
         raise CadFileError(f"{file.name} holds meshes but places none of them in its scene: export the scene, not only the library.")
-    return CadModel(
-        file.stem, tuple(m for m in meshes.values() if m is not None), parts, tuple(builder.materials), unit, scale, axis, tuple(warnings)
-    )
+    used = tuple(m for m in meshes.values() if m is not None)
+    return CadModel(file.stem, used, parts, tuple(builder.materials), unit, scale, axis, tuple(warnings))
 
 
-def _parts(raw: RawFile, kept: dict[object, int], scale: float, turn: np.ndarray, warnings: list[str]) -> tuple[CadPart, ...]:
-    """Nodes as parts. A matrix M becomes C M C⁻¹ with C the turn and the scale, so parts keep unit scale and upright axes."""
-    parts, bad = [], 0
-    for node in raw.nodes:
-        matrix = np.eye(4) if node.matrix is None else np.asarray(node.matrix, dtype=np.float64)
-        is_finite = bool(np.isfinite(matrix).all())
-        bad += not is_finite
-        changed = np.eye(4)
-        if is_finite:
-            changed[:3, :3] = turn @ matrix[:3, :3] @ turn.T
-            changed[:3, 3] = scale * (turn @ matrix[:3, 3])
-        parts.append(CadPart(node.name, node.parent, kept.get(node.mesh, -1) if node.mesh is not None and is_finite else -1, changed))
-    if bad:
-        warnings.append(f"{bad} parts are placed at NaN or infinity and were left out.")
+def _matrices(raw: RawFile, scale: float, turn: np.ndarray) -> np.ndarray:
+    """(N, 4, 4) of all nodes. A matrix M becomes C M C⁻¹ with C the turn and the scale, so parts keep unit scale and upright axes."""
+    identity = np.eye(4)
+    file = np.array([identity if node.matrix is None else node.matrix for node in raw.nodes], dtype=np.float64).reshape(-1, 4, 4)
+    change = np.eye(4)
+    change[:3, :3] = scale * turn
+    with np.errstate(invalid="ignore", over="ignore", under="ignore"):
+        return change @ file @ np.linalg.inv(change)
+
+
+def _parts(
+    raw: RawFile, kept: dict[object, int], centres: dict[object, np.ndarray], matrices: np.ndarray, warnings: list[str]
+) -> tuple[CadPart, ...]:
+    """Nodes as parts; a mesh that was moved to its own centre is put back by its part's matrix."""
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    matrices[~finite] = np.eye(4)
+    parts = []
+    for node, matrix, is_finite in zip(raw.nodes, matrices, finite.tolist(), strict=True):
+        mesh = kept.get(node.mesh, -1) if node.mesh is not None and is_finite else -1
+        if mesh >= 0 and node.mesh in centres:
+            matrix[:3, 3] += matrix[:3, :3] @ centres[node.mesh]
+        parts.append(CadPart(node.name, node.parent, mesh, matrix))
+    if not finite.all():
+        warnings.append(f"{np.count_nonzero(~finite)} parts are placed at NaN or infinity and were left out.")
     return tuple(parts)
 
 
 class _Builder:
-    """Makes meshes; gathers the materials they use and the defects they had."""
+    """Makes meshes of cleaned pieces (handed over in order); gathers the materials they use and the centres they were moved from."""
 
-    def __init__(self, raw: RawFile, metres_from_file: np.ndarray) -> None:
-        self.raw, self.metres_from_file = raw, metres_from_file
-        self.turn = metres_from_file / np.cbrt(np.linalg.det(metres_from_file))
+    def __init__(self, raw: RawFile, cleaned: Sequence[CleanPiece | None]) -> None:
+        self.raw, self.cleaned = raw, iter(cleaned)
         self.materials: list[CadMaterial] = []
-        self.defects = Defects()
+        self.centres: dict[object, np.ndarray] = {}
+        self.with_children = {raw.nodes[node.parent].mesh for node in raw.nodes if node.parent >= 0}
         self._index: dict[object, int] = {}
 
-    def mesh(self, name: str, pieces: list[RawPiece]) -> CadMesh | None:
+    def mesh(self, name: str, pieces: list[RawPiece], key: object) -> CadMesh | None:
         """The pieces as one mesh with a slot per material; None when no triangle is left."""
-        positions, triangles, normals, slots, used = [], [], [], [], []
-        offset = 0
-        for piece in pieces:
-            clean = self._clean(piece)
-            if clean is None:
-                continue
-            p, t, n, keep = clean
-            positions.append(p)
-            triangles.append(t + offset)
-            normals.append(n)
-            slots.append(self._slots(piece, keep, used, len(t)))
-            offset += len(p)
-        if not positions:
+        present = [(piece, clean) for piece, clean in [(piece, next(self.cleaned)) for piece in pieces] if clean is not None]
+        if not present:
             return None
-        all_normals = np.concatenate(normals) if all(n is not None for n in normals) else None
-        slot = np.concatenate(slots) if len(used) > 1 else None
-        return CadMesh(name, np.concatenate(positions), np.concatenate(triangles), all_normals, tuple(used), slot)
+        is_plain = all(piece.material is None and piece.triangle_colors is None for piece in pieces)
+        used: list[int] = []
+        slots = [] if is_plain else [self._slots(piece, clean, used) for piece, clean in present]
+        clean = [c for _, c in present]
+        firsts = np.cumsum([0] + [len(c.positions) for c in clean])
+        positions = clean[0].positions if len(clean) == 1 else np.concatenate([c.positions for c in clean])
+        triangles = np.concatenate([c.triangles + f for c, f in zip(clean, firsts, strict=False)])
+        normals = None if any(c.normals is None for c in clean) else np.concatenate([c.normals for c in clean])
+        if key not in self.with_children:
+            centre = own_centre(positions)
+            if centre.any():
+                self.centres[key], positions = centre, positions - centre
+        with np.errstate(under="ignore"):
+            return CadMesh(name, positions, triangles, normals, tuple(used), np.concatenate(slots) if len(used) > 1 else None)
 
-    def _clean(self, piece: RawPiece) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray] | None:
-        with np.errstate(over="ignore", invalid="ignore"):
-            points = (np.asarray(piece.positions, dtype=np.float64).reshape(-1, 3) @ self.metres_from_file.T).astype(np.float32)
-        triangles = np.asarray(piece.triangles).reshape(-1, 3)
-        keep, defects = drawable(points, triangles)
-        self.defects = self.defects + defects
-        if not keep.any():
-            return None
-        normals = self._normals(piece, len(points))
-        if keep.all() and not defects.bad_vertices:
-            return points, triangles.astype(np.int32), normals, keep
-        triangles = triangles[keep]
-        used = np.zeros(len(points), dtype=bool)
-        used[triangles] = True
-        number = np.cumsum(used, dtype=np.int32) - 1
-        return points[used], number[triangles], None if normals is None else normals[used], keep
-
-    def _normals(self, piece: RawPiece, count: int) -> np.ndarray | None:
-        """The file's normals, turned and of unit length; None if any is missing, NaN or zero (then the crease angle decides)."""
-        if piece.normals is None or len(piece.normals) != count:
-            return None
-        turned = np.asarray(piece.normals, dtype=np.float64) @ self.turn.T
-        length = np.sqrt(np.einsum("ij,ij->i", turned, turned))
-        return (turned / length[:, None]).astype(np.float32) if bool((length > 1e-6).all()) else None
-
-    def _slots(self, piece: RawPiece, keep: np.ndarray, used: list[int], count: int) -> np.ndarray:
+    def _slots(self, piece: RawPiece, clean: CleanPiece, used: list[int]) -> np.ndarray:
         """Slot of each kept triangle; adds the materials to `used`, the mesh's slots."""
         if piece.triangle_colors is not None:
-            colors, of = color_slots(piece.triangle_colors[keep])
-            own = np.array([_slot_of(used, self._color(c)) for c in colors], dtype=np.int32)
-            return own[of]
-        if piece.material is None:
-            return np.full(count, _slot_of(used, self._color(np.array([0.8, 0.8, 0.8, 1.0]))) if used else 0, dtype=np.int32)
-        return np.full(count, _slot_of(used, self._material(piece.material, self.raw.materials[piece.material])), dtype=np.int32)
+            colors, of = color_slots(piece.triangle_colors[clean.kept])
+            return np.array([_slot_of(used, self._color(c)) for c in colors], dtype=np.int32)[of]
+        material = self._color(GREY) if piece.material is None else self._material(piece.material, self.raw.materials[piece.material])
+        return np.full(len(clean.triangles), _slot_of(used, material), dtype=np.int32)
 
     def _color(self, color: np.ndarray) -> int:
         steps = tuple(int(round(255 * float(c))) for c in color)
