@@ -20,7 +20,6 @@ from .pipeline.renderer import Renderer, Request, Ticket, render_frame
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 
-RIVALS = ("workbench", "cycles", "eevee")
 ORBIT_STEP_RAD = np.radians(1.0)
 
 
@@ -50,8 +49,9 @@ def turned(camera: Camera, middle_ws: np.ndarray, angle_rad: float) -> Camera:
     return Camera(camera.view_from_world @ np.linalg.inv(turn), camera.clip_from_view, camera.near, camera.far, camera.name)
 
 
-def run(course: Course, blender_scene: bpy.types.Scene | None, rivals: tuple[str, ...], renderer: Renderer,
-        say: Callable[[str], None]) -> dict[str, object]:
+def run(
+    course: Course, blender_scene: bpy.types.Scene | None, rivals: tuple[str, ...], renderer: Renderer, say: Callable[[str], None]
+) -> dict[str, object]:
     """Times in ms of every contestant per frame, their medians, and the ratios of the medians to ours. The first frame is not counted."""
     times: dict[str, list[float]] = {name: [] for name in ("ours", "bare passes", *rivals)}
     bare: list[BarePasses] = []
@@ -63,12 +63,21 @@ def run(course: Course, blender_scene: bpy.types.Scene | None, rivals: tuple[str
         if number:
             for name, value in measured.items():
                 times[name].append(value)
-        say(f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)"))
+        say(
+            f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)")
+        )
     renderer.worker.call(lambda context: bare[0].release())
     medians = {name: median(values) for name, values in times.items()}
-    return {"triangles": course.scene.triangle_count, "instances": len(course.scene.instances), "size": list(course.size),
-            "map_size": course.settings.fit.size, "frames": course.frames, "times_ms": times, "median_ms": medians,
-            "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"}}
+    return {
+        "triangles": course.scene.triangle_count,
+        "instances": len(course.scene.instances),
+        "size": list(course.size),
+        "map_size": course.settings.fit.size,
+        "frames": course.frames,
+        "times_ms": times,
+        "median_ms": medians,
+        "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"},
+    }
 
 
 def _pipeline_times(course: Course, camera: Camera, bare: list[BarePasses], device: object) -> tuple[float, float]:
@@ -121,8 +130,10 @@ def _place_camera(scene: bpy.types.Scene, camera: Camera, origin_ws: np.ndarray)
 
 def text_table(result: dict[str, object]) -> str:
     """The result for people."""
-    head = (f"{result['triangles']:,} triangles in {result['instances']:,} instances, {result['size'][0]}×{result['size'][1]}, "
-            f"maps of {result['map_size']}², {result['frames']} frames, camera moved each frame")
+    head = (
+        f"{result['triangles']:,} triangles in {result['instances']:,} instances, {result['size'][0]}×{result['size'][1]}, "
+        f"maps of {result['map_size']}², {result['frames']} frames, camera moved each frame"
+    )
     rows = [f"{'ours':<14}{result['median_ms']['ours']:>10.0f} ms"]
     rows += [f"{name:<14}{result['median_ms'][name]:>10.0f} ms   ours = {ratio:.2f} × this" for name, ratio in result["ours_over"].items()]
     return "\n".join([head, *rows])

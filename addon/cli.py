@@ -21,6 +21,7 @@ from .outputs import json_text, write_json
 from .pipeline.settings import Settings
 
 DONE, FAILED, MISUSED = 0, 1, 2
+BENCH_TRIANGLES = 1_000_000
 
 
 def main(argv: list[str]) -> int:
@@ -36,6 +37,8 @@ def main(argv: list[str]) -> int:
         return MISUSED
     if args.command == "theory":
         return theory_command(args)
+    if args.command == "bench" and not args.inputs and args.deck is None:
+        args.deck = BENCH_TRIANGLES
     if not args.inputs and args.deck is None:
         print(
             f"cad_shadow {args.command}: no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000",

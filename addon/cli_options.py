@@ -15,6 +15,7 @@ from .pipeline.settings import PASSES
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
 FORMATS = ("png", "exr", "npz")
+RIVALS = ("workbench", "cycles", "eevee")
 GIVEN = argparse.SUPPRESS
 
 
@@ -98,7 +99,7 @@ SECTIONS = {
     "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence"),
     "partition": ("partition", "partitions", "split_weight", "alpha"),
     "map": ("map_size", "fit", "margin"),
-    "shadow test": ("test", "depths", "pcf", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
+    "shadow test": ("test", "depths", "pcf", "filter_unit", "filter_width", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
     "picture": ("display", "samples", "light_strength", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
 }
 
@@ -185,8 +186,36 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
         group.add_argument(
             "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"
         )
+    add_bench(commands)
     add_theory(commands)
     return parser
+
+
+def add_bench(commands: argparse._SubParsersAction) -> None:
+    """`bench`: frame times beside the bare passes and Blender's own engines."""
+    bench = commands.add_parser(
+        "bench",
+        help="frame times, beside the bare passes and Blender's engines",
+        description="Move the camera, time every frame, interleaved with the rivals; ratios of medians are what counts.",
+    )
+    add_inputs(bench)
+    add_reporting(bench)
+    add_view(bench)
+    add_method(bench, *SECTIONS)
+    group = bench.add_argument_group("benchmark")
+    group.add_argument("--frames", type=int, default=7, metavar="N", help="frames that count, one more warms up (default 7)")
+    group.add_argument(
+        "--rivals", type=rival_list, default=(), metavar="NAME[,NAME…]", help=f"Blender's engines to time too: {', '.join(RIVALS)}"
+    )
+
+
+def rival_list(text: str) -> tuple[str, ...]:
+    """Comma-separated names of Blender's engines."""
+    names = tuple(name.strip() for name in text.split(","))
+    unknown = [name for name in names if name not in RIVALS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"unknown rival '{unknown[0]}': choose from {', '.join(RIVALS)}")
+    return names
 
 
 def add_theory(commands: argparse._SubParsersAction) -> None:

@@ -12,12 +12,14 @@ from pathlib import Path
 import bpy
 
 from . import register, unregister
+from .bench import Course, run, text_table
 from .cli import chosen_settings
 from .errors import UserError
 from .images.png import encode_png
 from .inputs import open_deck, open_input
 from .job import Outcome
 from .outputs import write_bytes, write_json, write_npz, write_pass, written
+from .pipeline.renderer import shared_renderer
 from .pipeline.settings import PASSES, Settings
 from .properties import settings_from
 from .rendering import Request, render
@@ -150,4 +152,23 @@ def compare_command(scene: bpy.types.Scene, request: Request, stem: Path, args: 
     return report, f"{metrics['misclassified_pct']:.3f} % misclassified, acne {metrics['acne_pct']:.3f} %, leak {metrics['leak_pct']:.3f} %"
 
 
-COMMANDS = {"preview": preview, "analyse": analyse, "compare": compare_command}
+def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+    """Time frames of a moving camera; one camera sample a pixel unless asked otherwise, as in a live view."""
+    if "option_samples" not in args:
+        request.settings = request.settings.replaced(shading={"samples": 1})
+    outcome = render(scene, request)
+    job = outcome.job
+    result = run(
+        Course(job.scene, job.camera, job.light, job.settings, job.size, args.frames),
+        scene,
+        args.rivals,
+        shared_renderer(),
+        lambda line: None if args.quiet else print(line, file=sys.stderr),
+    )
+    report = {**outcome.report, "bench": result}
+    if args.output:
+        write_json(stem.with_name(f"{stem.name}_bench.json"), report)
+    return report, text_table(result)
+
+
+COMMANDS = {"bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command}

@@ -26,8 +26,13 @@ class Camera:
     name: str = ""
 
     def __post_init__(self) -> None:
-        require(bool(np.isfinite(self.view_from_world).all() and np.isfinite(self.clip_from_view).all()), "The camera's matrix is not finite.")
-        require(0.0 < self.near < self.far < inf or (self.is_orthographic and self.near < self.far), "The camera's near distance must be positive and smaller than its far distance.")
+        require(
+            bool(np.isfinite(self.view_from_world).all() and np.isfinite(self.clip_from_view).all()), "The camera's matrix is not finite."
+        )
+        require(
+            0.0 < self.near < self.far < inf or (self.is_orthographic and self.near < self.far),
+            "The camera's near distance must be positive and smaller than its far distance.",
+        )
 
     @property
     def is_orthographic(self) -> bool:

@@ -1,4 +1,7 @@
-"""The yardstick of the benchmark: one G-buffer draw and one depth draw per shadow map of *everything*, plain shaders, no culling. Worker thread only."""
+"""The yardstick of the benchmark: one G-buffer draw and one depth draw per shadow map of *everything*, plain shaders, no culling.
+
+Worker thread only.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,9 @@ class BarePasses:
         self.color = device.programs.get("bare.vert", "bare.frag", COLOR=1)
         self.depth = device.programs.get("bare.vert", "shadow.frag", COLOR=0)
         p, n, s, i = self._buffers
-        self._color_array = context.vertex_array(self.color, [(p, "3f4", "in_position"), (n, "3f4", "in_normal"), (s, "1u4", "in_slot")], index_buffer=i)
+        self._color_array = context.vertex_array(
+            self.color, [(p, "3f4", "in_position"), (n, "3f4", "in_normal"), (s, "1u4", "in_slot")], index_buffer=i
+        )
         self._depth_array = context.vertex_array(self.depth, [(p, "3f4", "in_position")], index_buffer=i)
 
     def draw(self, camera: Camera, plan: ShadowPlan, size: tuple[int, int], map_size: int) -> float:
@@ -36,8 +41,11 @@ class BarePasses:
         target.framebuffer.use()
         target.framebuffer.clear()
         context.enable_only(moderngl.DEPTH_TEST)
-        set_uniforms(self.color, u_clip_from_world=matrix_bytes(camera.clip_from_world),
-                     u_view_depth_from_world=np.asarray(-camera.view_from_world[2], np.float32).tobytes())
+        set_uniforms(
+            self.color,
+            u_clip_from_world=matrix_bytes(camera.clip_from_world),
+            u_view_depth_from_world=np.asarray(-camera.view_from_world[2], np.float32).tobytes(),
+        )
         self._color_array.render()
         context.enable_direct(GL_DEPTH_CLAMP)
         maps = self._device.shadow_maps(map_size, len(plan.projections))

@@ -26,7 +26,10 @@ THREAD_NAME = "cad-shadow-gl"
 REQUIRED_GL = 330
 POLL_S = 0.05
 
-_LINUX_HINT = "install Mesa's EGL libraries (Debian/Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri libegl-mesa0; Fedora: dnf install mesa-libEGL mesa-dri-drivers)"
+_LINUX_HINT = (
+    "install Mesa's EGL libraries (Debian/Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri libegl-mesa0; "
+    "Fedora: dnf install mesa-libEGL mesa-dri-drivers)"
+)
 _OTHER_HINT = "update the graphics driver; OpenGL 3.3 or newer is needed"
 
 

@@ -1,4 +1,4 @@
-"""All that lives on the GPU between frames: pools, programs, targets. One per context, on the worker thread; released before the context."""
+"""All that lives on the GPU between frames: pools, programs, targets. One per context, on the worker; released before the context."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from .gbuffer_pass import GBuffer
 from .geometry import GeometryStore
 from .gl_raw import BufferTexture, raw_gl
 from .programs import Programs
-from .shade_pass import ShadePass, ShadeTarget
 from .settings import TestChoice
+from .shade_pass import ShadePass, ShadeTarget
 from .shadow_pass import ShadowMaps
 
 PLAIN = TestChoice()

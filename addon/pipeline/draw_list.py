@@ -1,4 +1,4 @@
-"""What to draw of one scene: index ranges with bounds, instanced groups, and the table that shaders look instances up in. Worker thread only."""
+"""What to draw of one scene: index ranges with bounds, instanced groups, and the table of instances. Worker thread only."""
 
 from __future__ import annotations
 
@@ -70,18 +70,48 @@ class DrawList:
     extents_pair: tuple[BufferTexture, moderngl.Buffer] | None = None
 
     @classmethod
-    def build(cls, context: moderngl.Context, store: GeometryStore, scene: Scene, ranges: IndexRanges,
-              groups: list[InstancedGroup], rows_of_slot: np.ndarray, baked_slots: int) -> DrawList:
+    def build(
+        cls,
+        context: moderngl.Context,
+        store: GeometryStore,
+        scene: Scene,
+        ranges: IndexRanges,
+        groups: list[InstancedGroup],
+        rows_of_slot: np.ndarray,
+        baked_slots: int,
+    ) -> DrawList:
         """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused)."""
         table, info = _table(scene, rows_of_slot, baked_slots)
         slots = sum(len(g.slots) for g in groups)
         buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
-        textures = BufferTexture(context, buffers[0], "rgba32f"), BufferTexture(context, buffers[1], "rgba32ui"), BufferTexture(context, buffers[2], "r32ui")
-        return cls(context, store, ranges, segments(ranges.first, ranges.count), groups, scene.triangle_count, *buffers, *textures,
-                   scene, rows_of_slot)
+        textures = (
+            BufferTexture(context, buffers[0], "rgba32f"),
+            BufferTexture(context, buffers[1], "rgba32ui"),
+            BufferTexture(context, buffers[2], "r32ui"),
+        )
+        return cls(
+            context,
+            store,
+            ranges,
+            segments(ranges.first, ranges.count),
+            groups,
+            scene.triangle_count,
+            *buffers,
+            *textures,
+            scene,
+            rows_of_slot,
+        )
 
-    def draw(self, baked: moderngl.Program, instanced: moderngl.Program, planes: np.ndarray, *, attributes: bool,
-             select: Select | None = None, rows: np.ndarray | None = None) -> int:
+    def draw(
+        self,
+        baked: moderngl.Program,
+        instanced: moderngl.Program,
+        planes: np.ndarray,
+        *,
+        attributes: bool,
+        select: Select | None = None,
+        rows: np.ndarray | None = None,
+    ) -> int:
         """Draw all that reaches inside `planes` (and `select` chooses) with the two variants of a program; returns the triangles sent.
 
         `rows` (I,) bool: only these instance rows of the scene.
@@ -111,8 +141,9 @@ class DrawList:
             self.extents_pair = BufferTexture(self.context, buffer, "rgba32f"), buffer
         return self.extents_pair[0]
 
-    def _draw_groups(self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None,
-                     rows: np.ndarray | None) -> int:
+    def _draw_groups(
+        self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None, rows: np.ndarray | None
+    ) -> int:
         if not self.groups:
             return 0
         chosen = [g.slots[_chosen(g, planes, select, rows)] for g in self.groups]
@@ -145,7 +176,15 @@ class DrawList:
         for array in self.vertex_arrays.values():
             array.release()
         self.vertex_arrays.clear()
-        for thing in (self.table, self.info, self.visible, self.table_buffer, self.info_buffer, self.visible_buffer, *(self.extents_pair or ())):
+        for thing in (
+            self.table,
+            self.info,
+            self.visible,
+            self.table_buffer,
+            self.info_buffer,
+            self.visible_buffer,
+            *(self.extents_pair or ()),
+        ):
             thing.release()
 
 

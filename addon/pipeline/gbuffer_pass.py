@@ -30,8 +30,9 @@ class GBuffer:
             thing.release()
 
 
-def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera,
-                 rows: np.ndarray | None = None) -> int:
+def draw_gbuffer(
+    context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera, rows: np.ndarray | None = None
+) -> int:
     """Draw the scene (or only the instance rows of the mask `rows`) as the camera sees it; returns the triangles sent."""
     target.framebuffer.use()
     target.framebuffer.clear()
@@ -39,8 +40,11 @@ def draw_gbuffer(context: moderngl.Context, programs: Programs, target: GBuffer,
     view = camera.view_from_world
     pair = [programs.get("gbuffer.vert", "gbuffer.frag", INSTANCED=flag) for flag in (0, 1)]
     for program in pair:
-        set_uniforms(program, u_clip_from_world=matrix_bytes(camera.clip_from_world),
-                     u_view_depth_from_world=np.asarray(-view[2], np.float32).tobytes())
+        set_uniforms(
+            program,
+            u_clip_from_world=matrix_bytes(camera.clip_from_world),
+            u_view_depth_from_world=np.asarray(-view[2], np.float32).tobytes(),
+        )
     return draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True, rows=rows)
 
 
@@ -74,5 +78,7 @@ def surface_points_ws(view_depth: np.ndarray, camera: Camera) -> np.ndarray:
     px, py = x.astype(np.float32) + 0.5, y.astype(np.float32) + 0.5
     points = np.empty((len(z), 3), np.float32)
     for axis in range(3):
-        points[:, axis] = (start[axis, 0] * px + start[axis, 1] * py + start[axis, 2]) + z * (along[axis, 0] * px + along[axis, 1] * py + along[axis, 2])
+        points[:, axis] = (start[axis, 0] * px + start[axis, 1] * py + start[axis, 2]) + z * (
+            along[axis, 0] * px + along[axis, 1] * py + along[axis, 2]
+        )
     return points

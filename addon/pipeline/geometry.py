@@ -15,8 +15,8 @@ import numpy as np
 
 from .clusters import cluster_bounds, clustered, longest_edges, morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
-from .octahedral import packed_octahedral
 from .gl_raw import BufferTexture
+from .octahedral import packed_octahedral
 from .ranges import Ranges
 from .scene import Mesh, Scene
 
@@ -57,7 +57,7 @@ class GeometryStore:
         self.uploaded_meshes = 0
 
     def sync(self, scene: Scene) -> DrawList:
-        """Bring the GPU to `scene` and return what to draw. The same scene object costs nothing; unchanged meshes are not uploaded again."""
+        """Bring the GPU to `scene` and return what to draw. The same scene costs nothing; unchanged meshes are not uploaded again."""
         if scene is self._scene and self._draw_list is not None:
             return self._draw_list
         baked, instanced = _plan(scene)
@@ -83,8 +83,7 @@ class GeometryStore:
             return
         keys = list(missing)
         rows = np.fromiter(missing.values(), dtype=np.int64, count=len(missing))
-        order = np.argsort(morton(scene.instances.world_from_object[rows, :3, 3]
-                                  + _local_centres(scene, rows)), kind="stable")
+        order = np.argsort(morton(scene.instances.world_from_object[rows, :3, 3] + _local_centres(scene, rows)), kind="stable")
         for i in order:
             row = int(rows[i])
             mesh = scene.meshes[int(scene.instances.mesh_index[row])]
@@ -136,7 +135,9 @@ class GeometryStore:
             rows_of_slot[cursor : cursor + len(rows)] = rows
             slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
             stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
-            groups.append(InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max()))
+            groups.append(
+                InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max())
+            )
             cursor += len(rows)
         return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, base)
 
@@ -236,4 +237,6 @@ def _ranges_of(placed: list[tuple[_Part, int]]) -> IndexRanges:
     rows = np.repeat([row for _, row in placed], [len(p.cluster_starts) for p in parts])
     first = np.concatenate([p.first_index + 3 * p.cluster_starts for p in parts])
     ends = np.concatenate([np.append(p.first_index + 3 * p.cluster_starts[1:], p.first_index + p.index_count) for p in parts])
-    return IndexRanges(first, ends - first, rows, np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts]))
+    return IndexRanges(
+        first, ends - first, rows, np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts])
+    )

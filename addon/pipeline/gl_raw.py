@@ -29,12 +29,25 @@ BUFFER_FORMATS = {"r32f": 0x822E, "rgb32f": 0x8815, "rgba32f": 0x8814, "r32ui": 
 _uint, _int, _void = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 _names = ctypes.POINTER(_uint)
 _SIGNATURES = {
-    "glGenTextures": (_int, _names), "glDeleteTextures": (_int, _names), "glBindTexture": (_uint, _uint), "glActiveTexture": (_uint,),
-    "glTexImage3D": (_uint, _int, _int, _int, _int, _int, _int, _uint, _uint, _void), "glTexParameteri": (_uint, _uint, _int),
-    "glTexBuffer": (_uint, _uint, _uint), "glGenFramebuffers": (_int, _names), "glDeleteFramebuffers": (_int, _names),
-    "glBindFramebuffer": (_uint, _uint), "glFramebufferTextureLayer": (_uint, _uint, _uint, _int, _int), "glFramebufferTexture2D": (_uint, _uint, _uint, _uint, _int),
-    "glDrawBuffers": (_int, _names), "glReadBuffer": (_uint,), "glGetTexImage": (_uint, _int, _uint, _uint, _void), "glClear": (_uint,),
-    "glUseProgram": (_uint,), "glUniform1i": (_int, _int), "glClearBufferuiv": (_uint, _int, _names),
+    "glGenTextures": (_int, _names),
+    "glDeleteTextures": (_int, _names),
+    "glBindTexture": (_uint, _uint),
+    "glActiveTexture": (_uint,),
+    "glTexImage3D": (_uint, _int, _int, _int, _int, _int, _int, _uint, _uint, _void),
+    "glTexParameteri": (_uint, _uint, _int),
+    "glTexBuffer": (_uint, _uint, _uint),
+    "glGenFramebuffers": (_int, _names),
+    "glDeleteFramebuffers": (_int, _names),
+    "glBindFramebuffer": (_uint, _uint),
+    "glFramebufferTextureLayer": (_uint, _uint, _uint, _int, _int),
+    "glFramebufferTexture2D": (_uint, _uint, _uint, _uint, _int),
+    "glDrawBuffers": (_int, _names),
+    "glReadBuffer": (_uint,),
+    "glGetTexImage": (_uint, _int, _uint, _uint, _void),
+    "glClear": (_uint,),
+    "glUseProgram": (_uint,),
+    "glUniform1i": (_int, _int),
+    "glClearBufferuiv": (_uint, _int, _names),
 }
 
 
@@ -120,7 +133,9 @@ class DepthArray(_Owned):
 class LayerFramebuffer(_Owned):
     """A framebuffer on one layer of a depth array (or none), with colour layers of moderngl texture arrays beside it."""
 
-    def __init__(self, context: moderngl.Context, depth: DepthArray | None, layer: int, colors: Sequence[moderngl.TextureArray] = ()) -> None:
+    def __init__(
+        self, context: moderngl.Context, depth: DepthArray | None, layer: int, colors: Sequence[moderngl.TextureArray] = ()
+    ) -> None:
         super().__init__(context, "Framebuffers")
         raw = self.raw
         raw.BindFramebuffer(_FRAMEBUFFER, self.glo)

@@ -36,8 +36,12 @@ def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProj
         names = ("shadow_log.vert", "shadow_log.frag", "shadow_log.geom") if is_exact else ("shadow.vert", "shadow.frag")
         pair = [programs.get(*names, INSTANCED=flag, LOGARITHMIC=1, **defines) for flag in (0, 1)]
         for program in pair:
-            set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world), u_map_size=float(size),
-                         u_log_warp=log_warp_vector(projection).tobytes())
+            set_uniforms(
+                program,
+                u_clip_from_world=matrix_bytes(projection.clip_from_world),
+                u_map_size=float(size),
+                u_log_warp=log_warp_vector(projection).tobytes(),
+            )
         select: Select = bends if is_exact else (lambda bounds, edge: ~bends(bounds, edge))
         sent += draw_list.draw(*pair, planes, attributes=False, select=select)
     return sent

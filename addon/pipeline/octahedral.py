@@ -18,7 +18,9 @@ def packed_octahedral(normals: np.ndarray) -> np.ndarray:
 
 def unpacked_octahedral(packed: np.ndarray) -> np.ndarray:
     """(V, 3) float32 unit vectors: the inverse of `packed_octahedral`."""
-    flat = np.stack([packed & np.uint32(0xFFFF), packed >> np.uint32(16)], axis=1).astype(np.uint16).view(np.int16).astype(np.float32) / np.float32(32767.0)
+    flat = np.stack([packed & np.uint32(0xFFFF), packed >> np.uint32(16)], axis=1).astype(np.uint16).view(np.int16).astype(
+        np.float32
+    ) / np.float32(32767.0)
     n = np.column_stack([flat, 1.0 - np.abs(flat).sum(axis=1)])
     fold = np.maximum(-n[:, 2:], 0.0)
     n[:, :2] += np.where(n[:, :2] >= 0.0, -fold, fold)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 
 import moderngl
@@ -16,12 +16,27 @@ SHADER_DIR = Path(__file__).resolve().parent.parent / "shaders"
 VERSION = "#version 330 core\n"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$', re.MULTILINE)
 # Every sampler of every shader has its own texture unit, set once when the program is linked.
-SAMPLER_UNITS = {"u_table": 0, "u_info": 1, "u_visible": 2, "u_view_depth": 3, "u_normal": 4, "u_ids": 5, "u_positions": 6, "u_indices": 7, "u_shadow_depth": 8,
-                 "u_shadow_ids": 9, "u_cells_0": 10, "u_cells_1": 11, "u_cell_ids_0": 12, "u_cell_ids_1": 13, "u_extents": 14}
+SAMPLER_UNITS = {
+    "u_table": 0,
+    "u_info": 1,
+    "u_visible": 2,
+    "u_view_depth": 3,
+    "u_normal": 4,
+    "u_ids": 5,
+    "u_positions": 6,
+    "u_indices": 7,
+    "u_shadow_depth": 8,
+    "u_shadow_ids": 9,
+    "u_cells_0": 10,
+    "u_cells_1": 11,
+    "u_cell_ids_0": 12,
+    "u_cell_ids_1": 13,
+    "u_extents": 14,
+}
 Defines = tuple[tuple[str, int | float | str], ...]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _file(name: str) -> str:
     return (SHADER_DIR / name).read_text(encoding="utf-8")
 
@@ -56,14 +71,16 @@ class Programs:
         self._programs: dict[tuple, moderngl.Program] = {}
 
     def get(self, vertex: str, fragment: str, geometry: str | None = None, **defines: int | float | bool | str) -> moderngl.Program:
-        """The program of `vertex` + `fragment` (+ `geometry`) with these defines; compiled once. Raises `GpuError` with the compiler's words."""
+        """The program of `vertex` + `fragment` (+ `geometry`) with these defines, compiled once. Raises `GpuError`."""
         values: Defines = tuple(sorted((k, int(v) if isinstance(v, bool) else v) for k, v in defines.items()))
         key = (vertex, fragment, geometry, values)
         if key not in self._programs:
             try:
                 program = self._context.program(
-                    vertex_shader=source(vertex, values), fragment_shader=source(fragment, values),
-                    geometry_shader=source(geometry, values) if geometry else None)
+                    vertex_shader=source(vertex, values),
+                    fragment_shader=source(fragment, values),
+                    geometry_shader=source(geometry, values) if geometry else None,
+                )
             except moderngl.Error as error:
                 raise GpuError(f"A shader did not compile ({vertex}, {fragment}): {error}") from error
             _set_samplers(self._context, program)

@@ -74,8 +74,19 @@ class Renderer:
         """The worker used: its own, or the add-on's shared one."""
         return self._worker or shared_worker()
 
-    def render(self, scene: Scene, camera: Camera, light: Light | None, settings: Settings, size: tuple[int, int], passes: tuple[str, ...] = ("combined",),
-               *, measure: bool = True, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None) -> Frame:
+    def render(
+        self,
+        scene: Scene,
+        camera: Camera,
+        light: Light | None,
+        settings: Settings,
+        size: tuple[int, int],
+        passes: tuple[str, ...] = ("combined",),
+        *,
+        measure: bool = True,
+        progress: Progress | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> Frame:
         """One frame, waited for. `progress` and `cancelled` are called on the calling thread.
 
         Raises `SceneError` (nothing to draw), `GpuError` (no context, too large), `Cancelled`.
@@ -135,11 +146,22 @@ def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowP
     if request.settings.fit.kind == "samples":
         receivers = surface_points_ws(read_texture(device.gbuffer(request.size).view_depth, flip=False), request.camera)
     s = request.settings
-    return plan_shadows(request.camera, request.light, s.warp, s.partition, s.fit, receivers_ws=receivers, scene_bounds_ws=scene_bounds,
-                        caster_bounds_ws=request.scene.instance_bounds_ws(), image_size=request.size)
+    return plan_shadows(
+        request.camera,
+        request.light,
+        s.warp,
+        s.partition,
+        s.fit,
+        receivers_ws=receivers,
+        scene_bounds_ws=scene_bounds,
+        caster_bounds_ws=request.scene.instance_bounds_ws(),
+        image_size=request.size,
+    )
 
 
-def _shade(device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, ticket: Ticket) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
+def _shade(
+    device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, ticket: Ticket
+) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
     """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
     wants_data = request.measure or any(name in DATA_PASSES for name in request.passes)
     samples = request.settings.shading.samples if "combined" in request.passes else 1
@@ -160,7 +182,9 @@ def _shade(device: Device, request: Request, draw_list: DrawList, plan: ShadowPl
 
 def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
     maps = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test) if plan is not None else None
-    device.shade_pass.draw(target, device.gbuffer(request.size), maps, draw_list, device.triangles(), camera, request.light, plan, request.settings)
+    device.shade_pass.draw(
+        target, device.gbuffer(request.size), maps, draw_list, device.triangles(), camera, request.light, plan, request.settings
+    )
 
 
 def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:
@@ -187,14 +211,23 @@ def _frame(device: Device, request: Request, plan: ShadowPlan | None, combined: 
         passes["shadow_depth"] = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test).read()
     info = device.context.info
     geometry = {"meshes": len(request.scene.meshes), "instances": len(request.scene.instances), "triangles": request.scene.triangle_count}
-    return Frame(passes, plan, {}, geometry, {"renderer": info["GL_RENDERER"], "version": info["GL_VERSION"]}, measured,
-                 plan.warnings if plan is not None else ())
+    return Frame(
+        passes,
+        plan,
+        {},
+        geometry,
+        {"renderer": info["GL_RENDERER"], "version": info["GL_VERSION"]},
+        measured,
+        plan.warnings if plan is not None else (),
+    )
 
 
 def _check_size(context: moderngl.Context, size: tuple[int, int]) -> None:
     limit = context.info["GL_MAX_TEXTURE_SIZE"]
     if not (1 <= size[0] <= limit and 1 <= size[1] <= limit):
-        raise GpuError(f"A picture of {size[0]}×{size[1]} pixels is outside this driver's limits (1 to {limit} per side): choose another size.")
+        raise GpuError(
+            f"A picture of {size[0]}×{size[1]} pixels is outside this driver's limits (1 to {limit} per side): choose another size."
+        )
 
 
 class _Clock:

@@ -62,8 +62,13 @@ class Instances:
 
     def __post_init__(self) -> None:
         count = len(self.mesh_index)
-        for name, dtype, shape in (("mesh_index", np.int32, ()), ("world_from_object", np.float64, (4, 4)), ("object_id", np.int32, ()),
-                                   ("material_slot", np.int32, ()), ("base_color", np.float32, (4,))):
+        for name, dtype, shape in (
+            ("mesh_index", np.int32, ()),
+            ("world_from_object", np.float64, (4, 4)),
+            ("object_id", np.int32, ()),
+            ("material_slot", np.int32, ()),
+            ("base_color", np.float32, (4,)),
+        ):
             array = frozen(getattr(self, name), dtype)
             if array.shape != (count, *shape):
                 raise SceneError(f"Instances.{name} has shape {array.shape}, expected {(count, *shape)}.")
@@ -107,6 +112,8 @@ class Scene:
     def bounds_ws(self) -> np.ndarray:
         """(2, 3) float64 bounds of everything; raises `SceneError` when there is nothing."""
         if not len(self.instances):
-            raise SceneError("There is nothing to draw: the scene holds no visible mesh. Add one, or make a hidden one visible to the render.")
+            raise SceneError(
+                "There is nothing to draw: the scene holds no visible mesh. Add one, or make a hidden one visible to the render."
+            )
         b = self.instance_bounds_ws()
         return np.stack([b[:, 0].min(axis=0), b[:, 1].max(axis=0)])

@@ -20,10 +20,10 @@ class TestChoice:
     """How a receiver is compared with the map.
 
     `depths` n of the n-SM (SMMVP §4.5); `pcf` k of PCF(k, n). `bias` in metres of light depth for 'constant', in texel footprints for
-    'slope-scaled', 'normal-offset' and 'receiver-plane' (None: that strategy's usual value; 'automatic' needs none). `epsilon`, `epsilon_far` (IDD §5.4)
-    in metres, None = automatic per pixel. `id_per_material`: faces of different material slots get different ids.
-    `filter_width` is the width of the filter's square of k taps, in `filter_unit`: texels of the map (its softness follows the warp), pixels of
-    the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
+    'slope-scaled', 'normal-offset' and 'receiver-plane' (None: that strategy's usual value; 'automatic' needs none). `epsilon`,
+    `epsilon_far` (IDD §5.4) in metres, None = automatic per pixel. `id_per_material`: faces of different material slots get different ids.
+    `filter_width` is the width of the filter's square of k taps, in `filter_unit`: texels of the map (its softness follows the warp),
+    pixels of the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
     """
 
     __test__ = False  # not a pytest class
@@ -50,15 +50,17 @@ class TestChoice:
         require_choice("Filter unit", self.filter_unit, FILTER_UNITS)
         require(self.filter_width is None or 0.0 < self.filter_width < 1e6, "The filter's width must be greater than 0.")
         require(self.filter_width is not None or self.filter_unit != "metre", "A filter in metres needs its width.")
-        require(self.kind != "triangle" or self.depths == 1, "The triangle test stores triangles, not depths: set the depths per cell to 1.")
+        require(
+            self.kind != "triangle" or self.depths == 1, "The triangle test stores triangles, not depths: set the depths per cell to 1."
+        )
 
 
 @dataclass(frozen=True, slots=True)
 class ShadingChoice:
     """How the picture is lit and what it shows. Colours are linear RGB.
 
-    `ambient_sky`, `ambient_ground` hemispheric ambient light; `light_strength` scales the light; `use_object_colors` False paints all in clay;
-    `display` is what `combined` shows; `samples` camera samples per pixel of `combined` (the data passes stay at pixel centres);
+    `ambient_sky`, `ambient_ground` hemispheric ambient light; `light_strength` scales the light; `use_object_colors` False paints all
+    in clay; `display` is what `combined` shows; `samples` camera samples per pixel of `combined` (the data passes stay at pixel centres);
     `background` RGBA behind everything.
     """
 

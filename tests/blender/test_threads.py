@@ -23,13 +23,16 @@ def is_gl(frame, event, argument) -> bool:
     """Whether a profiler event is a call into moderngl's C part, or of a moderngl method that makes, uses or frees GL objects."""
     if event == "c_call":
         owner = getattr(argument, "__self__", None)
-        return type(owner).__module__ in ("mgl", "_moderngl", "egl", "glcontext.egl") or (getattr(argument, "__module__", None) or "") in ("mgl", "_moderngl")
+        return type(owner).__module__ in ("mgl", "_moderngl", "egl", "glcontext.egl") or (getattr(argument, "__module__", None) or "") in (
+            "mgl",
+            "_moderngl",
+        )
     return False
 
 
 @pytest.fixture
 def watched(extension, cube_scene):
-    """Renders the scene with every thread's calls recorded; gives (calls into bpy on the worker, calls into GL elsewhere, on the worker)."""
+    """Renders the scene with every thread's calls recorded; gives the calls (bpy on the worker, GL elsewhere, GL on the worker)."""
     context = importlib.import_module(extension.__name__ + ".pipeline.context")
     context.shutdown()
     bpy_on_worker, gl_elsewhere, gl_on_worker = [], [], []

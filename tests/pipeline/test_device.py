@@ -128,8 +128,12 @@ def test_baked_and_instanced_drawing_give_the_same_picture(renderer, monkeypatch
     eye = np.tile(np.eye(4), (6, 1, 1))
     eye[:, 0, 3] = np.arange(6) - 2.5
     eye[1, :3, :3] *= -0.7
-    many = Scene(scene.meshes, Instances(np.zeros(6, np.int32), eye, np.arange(6), np.zeros(6), np.tile([0.5, 0.4, 0.3, 1.0], (6, 1))),
-                 tuple("abcdef"), scene.origin_ws)
+    many = Scene(
+        scene.meshes,
+        Instances(np.zeros(6, np.int32), eye, np.arange(6), np.zeros(6), np.tile([0.5, 0.4, 0.3, 1.0], (6, 1))),
+        tuple("abcdef"),
+        scene.origin_ws,
+    )
     reference = renderer.render(many, CAMERA, SUN, SMALL, (96, 64), ("combined", "object", "normal")).passes
     monkeypatch.setattr("addon.pipeline.geometry.BAKE_TRIANGLES", bake)
     fresh = Renderer(GpuWorker())

@@ -82,7 +82,7 @@ def test_measured_errors_are_those_of_the_jacobian(renderer, warp, partition, fi
 @pytest.mark.parametrize(("warp", "partition"), PLANS)
 @pytest.mark.parametrize("make", SCENES)
 def test_light_is_what_the_stored_depth_says_of_the_receiver_plane(renderer, make, warp, partition):
-    """The automatic test: shadow iff the cell's occluder stands above the receiver's plane. Pixels with a height near the bias are left out."""
+    """Shadow iff the cell's occluder stands above the receiver's plane; heights near the bias are left out."""
     frame = render(renderer, make(), settings(warp, partition), ("depth", "normal", "shadow", "partition", "texel"))
     seen = np.isfinite(frame.passes["depth"]) & (frame.passes["partition"] >= 0)
     points = surface_points(frame.passes["depth"], CAMERA)[seen[np.isfinite(frame.passes["depth"])]]
