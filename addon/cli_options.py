@@ -99,7 +99,8 @@ SECTIONS = {
     "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence"),
     "partition": ("partition", "partitions", "split_weight", "alpha"),
     "map": ("map_size", "fit", "margin"),
-    "shadow test": ("test", "depths", "pcf", "filter_unit", "filter_width", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
+    "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
+    "filter": ("pcf", "filter_unit", "filter_width"),
     "picture": ("display", "samples", "light_strength", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
 }
 

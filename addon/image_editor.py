@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from .errors import OutputError
 from .rendering import file_format
 
 NAME = "CAD Shadow Preview"
@@ -15,7 +16,8 @@ NAME = "CAD Shadow Preview"
 def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bpy.types.Image:
     """The float image `name` with this (h, w, 4) picture: scene linear and seen through the view transform like a render, or data as it is.
 
-    An image of that name and size is filled anew, so that an editor that shows it goes on showing it.
+    An image of that name and size is filled anew, so that an editor that shows it goes on showing it. It is packed: Blender shows only
+    images with a file, own or packed, through the view transform, and a saved .blend keeps the picture.
     """
     height, width = picture.shape[:2]
     image = bpy.data.images.get(name)
@@ -28,6 +30,7 @@ def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bp
         image.alpha_mode = "PREMUL"
     image.pixels.foreach_set(np.ascontiguousarray(picture[::-1], dtype=np.float32).ravel())
     image.update()
+    image.pack()
     return image
 
 
@@ -40,9 +43,12 @@ def displayed(picture: np.ndarray) -> np.ndarray:
 
 
 def save_as_render(image: bpy.types.Image, path: Path, scene: bpy.types.Scene) -> None:
-    """Write an image through the scene's view transform, as a render is written (but without dithering)."""
+    """Write an image through the scene's view transform, as a render is written (but without dithering). Raises `OutputError`."""
     with file_format(scene, path):
-        image.save_render(str(path), scene=scene)
+        try:
+            image.save_render(str(path), scene=scene)
+        except RuntimeError as error:
+            raise OutputError(f"{path} cannot be written ({' '.join(str(error).split())}): choose another folder.") from error
 
 
 def show(context: bpy.types.Context, image: bpy.types.Image) -> bool:

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .errors import Cancelled, SceneError
+from .errors import Cancelled, GpuError, SceneError
 from .maths.view import Camera, Light
 from .pipeline.frame import Frame
 from .pipeline.scene import Scene
@@ -82,19 +82,23 @@ class Outcome:
         return report_of(self.job, self.frame)
 
 
+def _pipeline() -> tuple[type, Callable]:
+    """The renderer's request type and the shared renderer. Loaded with the first picture, so that enabling the add-on stays quick."""
+    try:
+        from .pipeline.renderer import Request, shared_renderer
+    except ImportError as error:
+        raise GpuError(f"A library is missing ({error}): install the extension from its zip, which brings all of them.") from error
+    return Request, shared_renderer
+
+
 class Pending:
     """A job under way on the worker. Every method returns at once, except `result` before it is `done`."""
 
     def __init__(self, job: Job) -> None:
-        from .pipeline.renderer import (
-            Request,
-            shared_renderer,
-        )  # moderngl is loaded with the first picture: enabling the add-on stays quick
-
+        request, renderer = _pipeline()
         self.job = job
-        self._future, self._ticket = shared_renderer().submit(
-            Request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure)
-        )
+        asked = request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure)
+        self._future, self._ticket = renderer().submit(asked)
 
     @property
     def progress(self) -> tuple[float, str]:

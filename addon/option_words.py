@@ -42,6 +42,11 @@ BIAS_WORDS = (
     ("Normal offset", "Moves the surface along its normal, in texels"),
     ("Receiver plane", "Follows the plane of the surface within the filter"),
 )
+FILTER_UNIT_WORDS = (
+    ("Texels", "The filter is so many texels of the shadow map wide: its softness follows the warp"),
+    ("Pixels", "The filter is so many pixels of the picture wide, whatever the warp"),
+    ("Metres", "The filter is so many metres wide across the light's ray, whatever the warp"),
+)
 DISPLAY_WORDS = (
     ("Shaded", "The lit picture"),
     ("Shadow", "Only the light that arrives, in grey"),

@@ -16,6 +16,7 @@ from .option_words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
     DISPLAY_WORDS,
+    FILTER_UNIT_WORDS,
     FIT_WORDS,
     PARTITION_WORDS,
     PCF_WORDS,
@@ -24,7 +25,7 @@ from .option_words import (
     TEST_WORDS,
     WARP_WORDS,
 )
-from .pipeline.settings import BIASES, DISPLAYS, PCF_COUNTS, TESTS, Settings
+from .pipeline.settings import BIASES, DISPLAYS, FILTER_UNITS, PCF_COUNTS, TESTS, Settings
 
 Kind = Literal["choice", "number", "count", "switch", "numbers", "color"]
 
@@ -186,6 +187,18 @@ OPTIONS: tuple[Option, ...] = (
         "Shadow tests averaged per pixel: more give softer, smoother edges (PCF(k, n))",
         PCF_COUNTS,
         PCF_WORDS,
+    ),
+    _choice("filter_unit", "test", "filter_unit", "Filter Unit", "What the filter's width is measured in", FILTER_UNITS, FILTER_UNIT_WORDS),
+    Option(
+        "filter_width",
+        (("test", "filter_width"),),
+        "number",
+        "Filter Width",
+        "Width of the filter, in its unit: wider is softer (automatic: one unit per sample along a side)",
+        low=1e-6,
+        high=1e6,
+        soft=(0.1, 16.0),
+        start=3.0,
     ),
     _choice("bias_strategy", "test", "bias_strategy", "Bias", "How self-shadowing (acne) is kept away", BIASES, BIAS_WORDS),
     Option(
@@ -353,6 +366,8 @@ _APPLIES = {
     "split_weight": lambda v: v.partition == "z-pssm",
     "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
     "depths": lambda v: v.test != "triangle",
+    "filter_unit": lambda v: str(v.pcf) != "1",
+    "filter_width": lambda v: str(v.pcf) != "1",
     "bias_strategy": lambda v: v.test == "depth",
     "bias": lambda v: v.test == "depth" and v.bias_strategy != "automatic",
     "epsilon": lambda v: v.test == "id-depth",

@@ -24,6 +24,7 @@ def written(path: Path) -> Iterator[Path]:
 
     Raises `OutputError` when the folder cannot be made or written.
     """
+    path = path.absolute()
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

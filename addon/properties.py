@@ -12,7 +12,7 @@ import numpy as np
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
-from .options import OPTIONS, Option, with_options
+from .options import OPTIONS, Option, applies, with_options
 from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
 from .pipeline.settings import Settings
 
@@ -148,8 +148,11 @@ def _value(props: CadShadowSettings, option: Option) -> object:
 
 
 def settings_from(props: CadShadowSettings) -> Settings:
-    """The scene's settings as a checked, frozen `Settings`. Where both η and n' are set by hand, n' counts."""
-    values = {option.name: _value(props, option) for option in OPTIONS}
+    """The scene's settings as a checked, frozen `Settings`. What does not apply, and so is not shown, is left at its default.
+
+    Where both η and n' are set by hand, n' counts.
+    """
+    values = {option.name: _value(props, option) if applies(option.name, props) else option.default for option in OPTIONS}
     if len(set(values["alpha"])) == 1:
         values["alpha"] = values["alpha"][:1]
     if values["warp_parameter"] is not None:

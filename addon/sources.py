@@ -57,7 +57,7 @@ def job_for_view(context: bpy.types.Context) -> Job:
     """The job of what the user looks at: the 3D viewport under the mouse or, without one, the largest; else the scene's camera."""
     depsgraph = context.evaluated_depsgraph_get()
     size = render_size(context.scene)
-    area = context.area if context.area and context.area.type == "VIEW_3D" else _largest_viewport(context)
+    area = context.area if context.area and context.area.type == "VIEW_3D" and not bpy.app.background else _largest_viewport(context)
     space = area.spaces.active if area else None
     scene, sync_ms = _read(view_reader, depsgraph, size, space)
     scene.bounds_ws()
@@ -149,7 +149,7 @@ def _read(
 
 
 def _largest_viewport(context: bpy.types.Context) -> bpy.types.Area | None:
-    areas = [area for area in context.screen.areas if area.type == "VIEW_3D"] if context.screen else []
+    areas = [area for area in context.screen.areas if area.type == "VIEW_3D"] if context.screen and not bpy.app.background else []
     return max(areas, key=lambda area: area.width * area.height, default=None)
 
 

@@ -94,7 +94,7 @@ SECTIONS = (
     Section("warp", "Warp", draw_options("warp")),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence"), "warp", True),
     Section("partition", "Partition", draw_options("partition", "partitions", "split_weight", "alpha")),
-    Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "depths")),
+    Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "filter_unit", "filter_width", "depths")),
     Section(
         "map_expert",
         "Bias & Margin",

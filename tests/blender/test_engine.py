@@ -102,6 +102,7 @@ def test_a_render_border_with_crop_writes_that_part(cube_scene, session, blend, 
 
 def test_film_transparency_empties_the_background(cube_scene, session, tmp_path):
     cube_scene.render.film_transparent = True
+    cube_scene.cad_shadow.samples = "1"
     render_to(cube_scene, tmp_path / "cube.png")
     passes = session.last().frame.passes
     nothing = ~np.isfinite(passes["depth"])

@@ -40,11 +40,13 @@ def test_every_choice_is_the_command_lines_and_explains_itself(props, modules):
 
 
 CHANGES = {
-    "warp": "psm", "eta": 0.25, "pseudo_near": 3.5, "convergence": "sine", "partition": "z-pssm", "partitions": 6, "split_weight": 0.7,
-    "map_size": 2048, "fit": "scene", "margin": 2.5, "test": "id-depth", "depths": 4, "pcf": "9", "bias_strategy": "slope-scaled",
-    "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True, "display": "aliasing", "samples": "4",
-    "light_strength": 1.5, "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1), "use_object_colors": False,
-    "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5), "warp_parameter": 12.5, "alpha": (2.0, 2.5, 4.0),
+    "warp": "psm", "eta": 0.25, "warp_parameter": 12.5, "pseudo_near": 3.5, "convergence": "sine",
+    "partition": "z-pssm", "partitions": 6, "split_weight": 0.7, "alpha": (2.0, 2.5, 4.0),
+    "map_size": 2048, "fit": "scene", "margin": 2.5,
+    "test": "id-depth", "depths": 4, "pcf": "9", "filter_unit": "pixel", "filter_width": 2.5, "bias_strategy": "slope-scaled",
+    "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True,
+    "display": "aliasing", "samples": "9", "light_strength": 1.5, "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1),
+    "use_object_colors": False, "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5),
 }  # fmt: skip
 
 
@@ -52,12 +54,32 @@ def test_every_option_has_a_case_here(modules):
     assert set(CHANGES) == set(modules["options"].BY_NAME)
 
 
+# what must be chosen for an option to apply at all
+NEEDS = {
+    "split_weight": {"partition": "z-pssm"},
+    "bias": {"bias_strategy": "constant"},
+    "clay": {"use_object_colors": False},
+    "filter_unit": {"pcf": "9"},
+    "filter_width": {"pcf": "9"},
+}
+NEEDS |= dict.fromkeys(("epsilon", "epsilon_far", "id_per_material"), {"test": "id-depth"})
+
+
 @pytest.mark.parametrize("name", CHANGES)
 def test_each_property_reaches_its_field_exactly(props, modules, name):
     options, properties = modules["options"], modules["properties"]
-    properties.store(props, {name: CHANGES[name]})
-    expected = options.with_options(modules["pipeline.settings"].Settings(), {name: CHANGES[name]})
+    values = NEEDS.get(name, {}) | {name: CHANGES[name]}
+    properties.store(props, values)
+    expected = options.with_options(modules["pipeline.settings"].Settings(), values)
     assert properties.settings_from(props) == expected
+    assert options.values_of(expected)[name] == options.typed(options.BY_NAME[name], CHANGES[name])
+
+
+def test_what_does_not_apply_is_left_at_its_default(props, modules):
+    properties = modules["properties"]
+    properties.store(props, {"depths": 4, "epsilon": 0.5, "test": "triangle", "warp": "uniform", "eta": 0.5})
+    settings = properties.settings_from(props)
+    assert (settings.test.depths, settings.test.epsilon, settings.warp.eta) == (1, None, None)
 
 
 def test_a_stored_float_comes_back_as_the_number_typed(props, modules, rng):

@@ -1,0 +1,153 @@
+"""Panels and operators without a window: they register in order, draw without an error, and say why they are grey."""
+
+import importlib
+import json
+
+import pytest
+
+
+@pytest.fixture
+def room(extension):
+    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
+
+
+class Layout:
+    """Stands in for Blender's layout, which needs a window: notes what is drawn, refuses properties and operators that do not exist."""
+
+    def __init__(self, bpy):
+        self.bpy, self.shown, self.texts = bpy, [], []
+
+    def __getattr__(self, name):
+        if name in ("column", "row", "box", "split"):
+            return lambda **_: self
+        raise AttributeError(name)
+
+    def prop(self, data, name, index=-1, text=""):
+        assert name in data.bl_rna.properties, name
+        self.shown.append(name)
+
+    def operator(self, idname, icon="NONE"):
+        group, name = idname.split(".")
+        assert name in dir(getattr(self.bpy.ops, group)), idname
+        self.shown.append(idname)
+
+    def label(self, text="", icon="NONE"):
+        self.texts.append(text)
+
+
+@pytest.fixture
+def drawn(blend, room):
+    """What a section of the sidebar shows now."""
+
+    class Panel:
+        pass
+
+    def draw(key):
+        panel = Panel()
+        panel.layout = Layout(blend)
+        section = next(s for s in room("panels.settings").SECTIONS if s.key == key)
+        section.draw(panel, blend.context)
+        return set(panel.layout.shown)
+
+    return draw
+
+
+def test_every_option_is_in_exactly_one_section(drawn, room, blend):
+    props = blend.context.scene.cad_shadow
+    sections = [s.key for s in room("panels.settings").SECTIONS]
+    for option in room("options").OPTIONS:
+        shown = []
+        for warp, partition, test in (
+            ("lispsm-general", "z-adaptive", "id-depth"),
+            ("psm", "z-pssm", "depth"),
+            ("uniform", "none", "triangle"),
+        ):
+            props.warp, props.partition, props.test = warp, partition, test
+            props.bias_strategy, props.use_object_colors, props.pcf = "constant", False, "9"
+            shown.append({key for key in sections if option.name in drawn(key)})
+        assert len(set.union(*shown)) == 1, option.name
+
+
+def test_only_what_applies_is_shown(drawn, blend):
+    props = blend.context.scene.cad_shadow
+    props.partition, props.warp = "none", "uniform"
+    assert drawn("partition") == {"partition"}
+    assert not drawn("warp_expert") & {"eta", "warp_parameter", "convergence"}
+    props.partition = "z-adaptive"
+    assert drawn("partition") == {"partition", "partitions", "alpha"}
+    props.partition = "z-pssm"
+    assert drawn("partition") == {"partition", "partitions", "split_weight"}
+    props.test, props.bias_strategy = "depth", "automatic"
+    assert "bias" not in drawn("map_expert")
+    props.bias_strategy = "constant"
+    assert "bias" in drawn("map_expert")
+
+
+def test_light_section_shows_what_its_source_needs(drawn, blend):
+    props = blend.context.scene.cad_shadow
+    for source, name in (("AUTOMATIC", None), ("OBJECT", "light"), ("DIRECTION", "light_direction")):
+        props.light_source = source
+        assert drawn("light") == {"light_source", "light_strength"} | ({name} if name else set())
+
+
+def test_quality_lists_the_last_report(cube_scene, blend, room):
+    class Panel:
+        pass
+
+    quality = room("panels.quality")
+    panel = Panel()
+    panel.layout = Layout(blend)
+    quality.CAD_SHADOW_PT_sidebar_quality.draw(panel, blend.context)
+    assert "Press Preview or Analyse" in panel.layout.texts
+    assert blend.ops.cad_shadow.analyse() == {"FINISHED"}
+    panel.layout = Layout(blend)
+    quality.CAD_SHADOW_PT_sidebar_quality.draw(panel, blend.context)
+    assert {"γ", "γ_lim", "n'", "η", "M_x, M_z", "S", "Median", "Largest"} <= set(panel.layout.texts)
+    assert sum(text.startswith("Map ") for text in panel.layout.texts) == len(room("session").last().report["partitions"])
+
+
+def test_blenders_own_panels_know_the_engine_and_forget_it(room, blend):
+    compatible = room("panels.compatible")
+    names = {cls.__name__ for cls in compatible.fitting_panels()}
+    assert {"RENDER_PT_output", "RENDER_PT_format", "DATA_PT_lens", "DATA_PT_light", "RENDER_PT_color_management"} <= names
+    assert not any("freestyle" in name.lower() or "opengl" in name for name in names)
+    output = next(cls for cls in compatible.fitting_panels() if cls.__name__ == "RENDER_PT_output")
+    assert compatible.ENGINE in output.COMPAT_ENGINES
+    compatible.unregister()
+    assert compatible.ENGINE not in output.COMPAT_ENGINES
+    compatible.register()
+    assert compatible.ENGINE in output.COMPAT_ENGINES
+
+
+def test_preview_operator_makes_the_picture_and_the_report(cube_scene, blend, room):
+    assert blend.ops.cad_shadow.preview() == {"FINISHED"}
+    assert tuple(blend.data.images["CAD Shadow Preview"].size) == (96, 64)
+    assert room("session").last().report["geometry"]["triangles"] == 14
+
+
+def test_operators_are_grey_with_nothing_to_draw(blend):
+    assert not blend.ops.cad_shadow.preview.poll()
+    assert not blend.ops.cad_shadow.analyse.poll()
+    with pytest.raises(RuntimeError, match="no mesh to draw"):
+        blend.ops.cad_shadow.preview()
+
+
+def test_a_failing_operator_reports_one_line(cube_scene, blend):
+    cube_scene.cad_shadow.light_source = "OBJECT"
+    with pytest.raises(RuntimeError, match="No light object is chosen"):
+        blend.ops.cad_shadow.preview()
+
+
+def test_export_writes_the_last_report(cube_scene, blend, room, tmp_path):
+    with pytest.raises(RuntimeError, match="no report yet"):
+        blend.ops.cad_shadow.export_report(filepath=str(tmp_path / "r.json"))
+    blend.ops.cad_shadow.analyse()
+    assert blend.ops.cad_shadow.export_report(filepath=str(tmp_path / "r.json")) == {"FINISHED"}
+    assert json.loads((tmp_path / "r.json").read_text()) == json.loads(json.dumps(room("session").last().report))
+
+
+def test_another_file_forgets_the_last_report(cube_scene, blend, room):
+    blend.ops.cad_shadow.analyse()
+    assert room("session").last() is not None
+    blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert room("session").last() is None
