@@ -12,14 +12,13 @@ unless the view is narrow and f/n large (φ = 15°, f/n = 100 just meets it); PS
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import degrees, log1p
+from math import ceil, degrees, log1p, radians
 
 from .choices import WarpChoice
 from .warps import warp_depth, warp_parameter
 
 STRONGEST = 1e4   # largest f'/n': beyond it float32 cannot place a texel
-RATE = 0.2        # per degree of γ
-STEPS = 24        # places between the axis and γ at which the method is asked
+RATE = 0.16       # per degree of γ
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +43,15 @@ def method_strength(choice: WarpChoice, extent: Range, gamma_rad: float) -> floa
 
 
 def steady_strength(choice: WarpChoice, extent: Range, gamma_rad: float, core_rad: float) -> float:
-    """min over g ≤ γ of `method_strength`(g) + RATE (γ − g), and of RATE (γ − core); ≥ 0, 0 inside the core."""
-    best = min(method_strength(choice, extent, gamma_rad), max(0.0, RATE * degrees(gamma_rad - core_rad)))
-    for step in range(STEPS - 1, 0, -1):
-        g = gamma_rad * step / STEPS
-        rise = RATE * degrees(gamma_rad - g)
+    """min over whole degrees g < γ of `method_strength`(g) + RATE (γ − g), of that of γ itself, and of RATE (γ − core); ≥ 0, 0 inside the core.
+
+    The places asked do not move with γ: what bounds one frame bounds the next.
+    """
+    gamma_deg = degrees(gamma_rad)
+    best = min(method_strength(choice, extent, gamma_rad), max(0.0, RATE * (gamma_deg - degrees(core_rad))))
+    for place in range(ceil(gamma_deg) - 1, 0, -1):
+        rise = RATE * (gamma_deg - place)
         if rise >= best:
             break
-        best = min(best, method_strength(choice, extent, g) + rise)
+        best = min(best, method_strength(choice, extent, radians(place)) + rise)
     return best

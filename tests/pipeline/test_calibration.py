@@ -67,7 +67,7 @@ def test_measured_errors_are_the_theorys_within_two_percent(renderer, warp, gamm
 @pytest.mark.parametrize("gamma", GAMMAS, ids=lambda g: f"{np.degrees(g):.0f}°")
 @pytest.mark.parametrize("warp", WARPS)
 def test_the_fits_warp_is_the_methods_but_for_the_limit_on_its_growth(warp, gamma):
-    """n' is the text's, or, close above γ_lim, that of `steady_strength` (at most 20 % of f'/n' per degree; docs/findings.md)."""
+    """n' is the text's, or, close above γ_lim, that of `steady_strength` (at most 16 % of f'/n' per degree; docs/findings.md)."""
     choice, view = WarpChoice(warp), Range(NEAR, FAR, PHI, PHI)
     plan = plan_shadows(CAMERA, sun_at(gamma), choice, PartitionChoice("none"), FitChoice("frustum"), receivers_ws=None,
                         scene_bounds_ws=np.zeros((2, 3)), caster_bounds_ws=np.zeros((0, 2, 3)), image_size=SIZE)
@@ -77,7 +77,7 @@ def test_the_fits_warp_is_the_methods_but_for_the_limit_on_its_growth(warp, gamm
         assert parameter == np.inf
         return
     own, steady = method_strength(choice, view, gamma), steady_strength(choice, view, gamma, round_core(GAMMA_LIM))
-    assert steady == own or gamma < np.radians(45.0)
+    assert steady == own or gamma < np.radians(50.0)
     if steady == own:
         assert parameter == pytest.approx(expected, rel=1e-6)
     else:
