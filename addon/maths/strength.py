@@ -43,9 +43,9 @@ def method_strength(choice: WarpChoice, extent: Range, gamma_rad: float) -> floa
 
 
 def steady_strength(choice: WarpChoice, extent: Range, gamma_rad: float, core_rad: float) -> float:
-    """min over whole degrees g < γ of `method_strength`(g) + RATE (γ − g), of that of γ itself, and of RATE (γ − core); ≥ 0, 0 inside the core.
+    """min over whole degrees g < γ of `method_strength`(g) + RATE (γ − g), of that of γ itself, and of RATE (γ − core); 0 inside the core.
 
-    The places asked do not move with γ: what bounds one frame bounds the next.
+    Never negative. The places asked do not move with γ: what bounds one frame bounds the next.
     """
     gamma_deg = degrees(gamma_rad)
     best = min(method_strength(choice, extent, gamma_rad), max(0.0, RATE * (gamma_deg - degrees(core_rad))))
