@@ -63,7 +63,8 @@ def id_colors(ids: np.ndarray) -> np.ndarray:
 def channels_of(name: str, passes: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The pass as EXR channels (h, w), values untouched.
 
-    Normals x, y, z and errors m, m_x, m_z are R, G, B; ids are unsigned and one higher (0 = nothing); shadow maps are layers map0.Depth.Z, map1.Depth.Z, …
+    Normals x, y, z and errors m, m_x, m_z are R, G, B; ids are unsigned, one higher (0 = nothing).
+    Shadow maps are map0.Depth.Z, map1.Depth.Z, …
     """
     if name == "texel":
         return {f"map{i}.Depth.Z": layer.astype(np.float32) for i, layer in enumerate(passes["shadow_depth"])}
