@@ -131,9 +131,9 @@ def staircase(steps: int = 12) -> Scene:
     return scene_of(floor(), joined(*(box((-1.0, 0.28 * i, 0.0), (1.0, 0.28 * (i + 1), 0.18 * (i + 1))) for i in range(steps))))
 
 
-def sphere() -> Scene:
+def sphere(segments: int = 24) -> Scene:
     """A ball on a floor: every slope to the light at once."""
-    return scene_of(floor(), ball((0.0, 0.0, 1.0), 1.0))
+    return scene_of(floor(), ball((0.0, 0.0, 1.0), 1.0, segments, segments // 2))
 
 
 def calibration_cards(camera: Camera, light_direction_ws: np.ndarray, distances: np.ndarray, size_px: float = 0.02,

@@ -48,7 +48,7 @@ def first_hits(corners, origins, directions):
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-@pytest.mark.parametrize("elevation", [12.0, 55.0, 90.0])
+@pytest.mark.parametrize("elevation", [12.0, 90.0])
 @pytest.mark.parametrize("name", CASES)
 def test_truth_is_what_a_brute_force_finds(name, elevation, backend):
     make, eye, target = CASES[name]
