@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 
 from .. import session
-from .settings import SECTIONS, TAB
+from .settings import ORDER_OF_QUALITY, TAB
 
 
 def number(value: float | None, unit: str = "") -> str:
@@ -14,6 +14,11 @@ def number(value: float | None, unit: str = "") -> str:
         return "–"
     text = f"{value:.3g}" if abs(value) < 1e4 else f"{value:.2e}"
     return text + unit
+
+
+def duration(ms: float | None) -> str:
+    """Milliseconds below a second, seconds above."""
+    return number(ms, " ms") if ms is None or ms < 1000.0 else number(ms / 1000.0, " s")
 
 
 def _row(layout: bpy.types.UILayout, label: str, value: str) -> None:
@@ -51,7 +56,7 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = TAB
-    bl_order = len(SECTIONS)
+    bl_order = ORDER_OF_QUALITY
 
     def draw(self, _context: bpy.types.Context) -> None:
         """List the last report."""
@@ -63,7 +68,7 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
         column = layout.column(align=True)
         _row(column, "γ", number(report["gamma_deg"], "°"))
         _row(column, "γ_lim", number(report["gamma_lim_deg"], "°"))
-        _row(column, "Time", number(report["timing_ms"]["total"], " ms"))
+        _row(column, "Time", duration(report["timing_ms"]["total"]))
         _row(column, "Triangles", f"{report['geometry']['triangles']:,}")
         if report["measured"]:
             _measured(layout, report["measured"])

@@ -106,12 +106,15 @@ SECTIONS = (
 )
 
 
+ORDER_OF_QUALITY = 2 * len(SECTIONS) - 3  # the panel of quality.py stands before Export, the last section
+
+
 def _panel(section: Section, place: str, **members: object) -> type[bpy.types.Panel]:
     name = f"CAD_SHADOW_PT_{place}_{section.key}"
     if section.parent:
         members["bl_parent_id"] = f"CAD_SHADOW_PT_{place}_{section.parent}"
     options = {"DEFAULT_CLOSED"} if section.closed else set()
-    order = SECTIONS.index(section)
+    order = 2 * SECTIONS.index(section)
     return type(
         name,
         (bpy.types.Panel,),
