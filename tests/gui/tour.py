@@ -229,6 +229,7 @@ def it_can_be_disabled_and_enabled_while_it_is_shown() -> Generator:
     yield from wait_for_picture()
     for _ in range(3):
         addon_utils.disable(MODULE, default_set=True)
+        bpy.context.scene.render.engine = "BLENDER_WORKBENCH"  # else EEVEE, whose shaders take a minute with software OpenGL
         yield from settle(0.5)
         picture("disabled")
         assert addon_utils.enable(MODULE, default_set=True)
@@ -242,9 +243,9 @@ def another_file_opens_while_it_is_shown() -> Generator:
     """A new file, opened while Rendered shading is on, starts clean."""
     for _ in range(3):
         bpy.ops.wm.read_homefile(app_template="", load_ui=False)
-        yield from settle(0.3)
         bpy.context.scene.render.engine = ENGINE
         view().spaces.active.shading.type = "RENDERED"
+        yield from settle(0.3)
         yield from wait_for_picture()
     assert colours(picture("after_new_file")) > 500
 
