@@ -1,6 +1,7 @@
 """CAD files to `CadModel`: parts, shared meshes, colours, units. No bpy; the one place where CAD files are opened.
 
-Readers: trimesh's loaders for glTF, STL, OBJ, PLY, OFF; cascadio for STEP; our own for 3MF (trimesh's needs lxml and networkx).
+Readers: trimesh's loaders for glTF, STL, PLY, OFF; cascadio for STEP; our own for OBJ (see there) and 3MF (trimesh's needs lxml and
+networkx).
 Everything is parsed before this returns, so a caller that fails here has not touched the user's scene.
 """
 

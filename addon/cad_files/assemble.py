@@ -39,7 +39,7 @@ def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> Cad
         warnings.append(f"{len(meshes) - len(kept)} meshes of {file.name} hold no face and were left out.")
     parts = _parts(raw, kept, builder.centres, _matrices(raw, scale, turn), warnings)
     if not any(p.mesh >= 0 for p in parts):
-        raise CadFileError(f"{file.name} holds meshes but places none of them in its scene: export the scene, not only the library.")
+        raise CadFileError(f"{file.name} places all its parts at NaN or infinity: export it again.")
     used = tuple(m for m in meshes.values() if m is not None)
     return CadModel(file.stem, used, parts, tuple(builder.materials), unit, scale, axis, tuple(warnings))
 

@@ -39,7 +39,7 @@ def clean_pieces(pieces: Sequence[RawPiece], metres_from_file: np.ndarray) -> tu
         points = raw @ metres_from_file.T
     triangles = _joined_triangles(pieces, counts, sizes)
     with np.errstate(under="ignore"):
-        keep, defects = drawable(points.astype(np.float32), triangles)
+        keep, defects = drawable(points, triangles)
     turn = metres_from_file / np.cbrt(np.linalg.det(metres_from_file))
     first_point, first_triangle = np.cumsum(counts) - counts, np.cumsum(sizes) - sizes
     is_whole = _all_of(keep, sizes) & _all_of(np.isfinite(points).all(axis=1), counts)

@@ -25,14 +25,14 @@ def read_gltf(path: Path) -> RawFile:
     header = _header(data)
     _refuse_unreadable(path, header)
     load = load_glb if data[:4] == b"glTF" else load_gltf
-    return from_trimesh(load(io.BytesIO(data), resolver=FilePathResolver(str(path))), header)
+    return from_trimesh(load(io.BytesIO(data), resolver=FilePathResolver(str(path))), header, path)
 
 
-def read_glb_bytes(data: bytes) -> RawFile:
-    """A GLB in memory (what cascadio makes of a STEP file)."""
+def read_glb_bytes(data: bytes, path: Path) -> RawFile:
+    """A GLB in memory (what cascadio makes of the STEP file at `path`)."""
     from trimesh.exchange.gltf import load_glb
 
-    return from_trimesh(load_glb(io.BytesIO(data)), _header(data))
+    return from_trimesh(load_glb(io.BytesIO(data)), _header(data), path)
 
 
 def _header(data: bytes) -> dict:
@@ -48,7 +48,7 @@ def _refuse_unreadable(path: Path, header: dict) -> None:
             raise CadFileError(f"{path.name} is compressed with {title}, which this program cannot read: export it without compression.")
 
 
-def from_trimesh(loaded: dict, header: dict) -> RawFile:
+def from_trimesh(loaded: dict, header: dict, path: Path) -> RawFile:
     """Claim: the loader's `geometry` and `graph` as a `RawFile`; the primitives of one glTF mesh become one mesh with several slots."""
     raw = RawFile(units=None)
     geometry = loaded["geometry"]
@@ -59,6 +59,8 @@ def from_trimesh(loaded: dict, header: dict) -> RawFile:
         raw.warnings.append(f"{len(skipped)} primitives are lines or points: left out.")
     pieces = {name: _piece(g, raw, exact) for name, g in geometry.items() if "faces" in g}
     _add_nodes(raw, loaded, geometry, pieces)
+    if pieces and not raw.meshes:
+        raise CadFileError(f"{path.name} holds meshes but places none of them in its scene: export the scene, not only a library of parts.")
     return raw
 
 

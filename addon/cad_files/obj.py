@@ -1,81 +1,134 @@
-"""Wavefront OBJ through trimesh, with the parts kept.
-
-trimesh merges the `o` groups unless asked not to, and then joins the names of part and material with an underscore, which cannot be
-taken apart again. So materials are renamed before parsing: a control character in front makes the seam plain.
+"""Wavefront OBJ, read here: trimesh's reader joins the names of parts and materials, misreads relative indices of files with several
+parts, and cuts polygons that are not convex wrongly. Lines are sorted by their first word in Python, numbers are read by numpy.
 """
 
 from __future__ import annotations
 
-import io
-import re
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ..cad_model import CadMaterial
 from .colors import rgba
+from .mtl import read_mtl
+from .polygons import triangulate
 from .raw import RawFile, RawNode, RawPiece
+from .text_numbers import numbers, table
 
-MARK = "\x02"
+
+@dataclass(eq=False)
+class _Run:
+    """Faces of one part and material. `counts` of vertices and normals so far, where the faces count backwards from there; else None."""
+
+    part: bytes
+    material: bytes | None
+    counts: tuple[int, int] | None
+    faces: list[bytes] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class _Lines:
+    """The lines of a file by kind."""
+
+    vertices: list[bytes] = field(default_factory=list)
+    normals: list[bytes] = field(default_factory=list)
+    runs: dict[tuple, _Run] = field(default_factory=dict)
+    libraries: list[str] = field(default_factory=list)
 
 
 def read_obj(path: Path) -> RawFile:
-    """An `.obj` file with its `.mtl`; parts are the `o` groups, or the `g` groups of a file without any `o`."""
-    from trimesh.exchange.obj import load_obj
-
-    data = path.read_bytes().replace(b"\r\n", b"\n")
-    data = re.sub(rb"(?m)^usemtl[ \t]+", b"usemtl " + MARK.encode(), data)
-    has_o = re.search(rb"(?m)^o ", data) is not None
-    resolver = _MarkedMaterials(path)
-    loaded = load_obj(io.BytesIO(data), resolver=resolver, split_objects=has_o, split_groups=not has_o)
+    """An `.obj` file with its `.mtl` files; parts are the `o` groups, or the `g` groups of a file without any `o`."""
+    lines = _sorted_lines(path.read_bytes().replace(b"\\\r\n", b" ").replace(b"\\\n", b" "), path.stem)
     raw = RawFile()
-    if resolver.missing:
-        raw.warnings.append(f"The material file {resolver.missing} is missing: parts are grey. Put it beside {path.name}.")
-    for name, g in loaded.get("geometry", {}).items():
-        if g.get("faces") is not None:
-            _add_piece(raw, name, g, path.stem)
+    missing = _add_materials(raw, path, lines.libraries)
+    if missing:
+        raw.warnings.append(f"The material file {missing[0]} is missing: parts are grey. Put it beside {path.name}.")
+    vertices = table(lines.vertices, 3)
+    normals = table(lines.normals, 3)[:, :3]
+    for run in lines.runs.values():
+        piece = _piece(run, vertices, normals, raw.materials)
+        if run.part not in raw.meshes:
+            name = run.part.decode("utf-8", "replace")
+            raw.meshes[run.part] = (name, [])
+            raw.nodes.append(RawNode(name, mesh=run.part))
+        raw.meshes[run.part][1].append(piece)
     return raw
 
 
-class _MarkedMaterials:
-    """A trimesh resolver that gives the material file with every name marked, and nothing else (textures are not read)."""
+def _sorted_lines(data: bytes, stem: str) -> _Lines:
+    out = _Lines()
+    by_object = b"\no " in data or data.startswith(b"o ") or b"\no\t" in data
+    part, material, run = stem.encode(), None, None
+    for line in data.split(b"\n"):
+        words = line.split(None, 1)
+        if len(words) < 2:
+            continue
+        word, rest = words
+        if word == b"v":
+            out.vertices.append(rest)
+        elif word == b"f":
+            counts = (len(out.vertices), len(out.normals)) if b"-" in rest else None
+            if run is None or run.counts != counts:
+                run = out.runs.setdefault((part, material, counts), _Run(part, material, counts))
+            run.faces.append(rest)
+        elif word == b"vn":
+            out.normals.append(rest)
+        elif word == b"usemtl":
+            material, run = rest.strip(), None
+        elif word == (b"o" if by_object else b"g"):
+            part, run = rest.strip(), None
+        elif word == b"mtllib":
+            out.libraries.append(rest.strip().decode("utf-8", "replace"))
+    return out
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.missing = path, ""
-        self.file_name = path.stem
 
-    def __getitem__(self, name: str) -> bytes:
-        file = self.path.parent / name.strip().strip('"')
-        if file.suffix.lower() != ".mtl":
-            raise OSError(f"{name} is not read")
+def _add_materials(raw: RawFile, path: Path, libraries: list[str]) -> list[str]:
+    """Read the material files that exist; the names of those that do not."""
+    missing = []
+    for name in libraries:
+        file = path.parent / name.strip('"').replace("\\", "/")
         try:
-            text = file.read_bytes()
+            raw.materials.update(read_mtl(file))
         except OSError:
-            self.missing = file.name
-            raise
-        return re.sub(rb"(?m)^(\s*newmtl[ \t]+)", rb"\1" + MARK.encode(), text)
-
-    get = __getitem__
+            missing.append(name)
+    return missing
 
 
-def _add_piece(raw: RawFile, name: str, g: dict, stem: str) -> None:
-    part = name.split("_" + MARK)[0]
-    if part.startswith(MARK):
-        part = stem
-    if part not in raw.meshes:
-        raw.meshes[part] = (part, [])
-        raw.nodes.append(RawNode(part, mesh=part))
-    material = getattr(g.get("visual"), "material", None)
-    key = getattr(material, "name", None)
-    if key is not None and key not in raw.materials:
-        raw.materials[key] = _material(material)
-    triangles = np.asarray(g["faces"]).reshape(-1, 3)
-    colors = g.get("vertex_colors")
-    per_triangle = rgba(colors, is_srgb=True)[triangles].mean(axis=1) if colors is not None and key is None and len(triangles) else None
-    raw.meshes[part][1].append(RawPiece(g["vertices"], triangles, g.get("vertex_normals"), key, per_triangle))
+def _piece(run: _Run, vertices: np.ndarray, normals: np.ndarray, materials: dict[object, CadMaterial]) -> RawPiece:
+    """The run's faces as triangles on the vertices (and normals) they use."""
+    index, sizes = _corners(run)
+    vertex = _resolved(index[:, 0], run.counts and run.counts[0], len(vertices))
+    normal = _resolved(index[:, 2], run.counts and run.counts[1], len(normals)) if index.shape[1] > 2 else np.full(len(vertex), -1)
+    has_normals = len(normals) > 0 and bool((normal >= 0).all())
+    pairs, of_corner = np.unique(vertex * (len(normals) + 1) + normal if has_normals else vertex, return_inverse=True)
+    used = pairs // (len(normals) + 1) if has_normals else pairs
+    positions = np.where((used >= 0)[:, None], vertices[np.maximum(used, 0), :3], np.nan)
+    triangles, _ = triangulate(positions[of_corner], sizes)
+    triangles = of_corner[triangles].reshape(-1, 3)
+    own = normals[pairs % (len(normals) + 1)] if has_normals else None
+    material = run.material if run.material in materials else None
+    colors = None
+    if material is None and vertices.shape[1] >= 6 and len(triangles):
+        colors = rgba(vertices[np.maximum(used, 0), 3:6], is_srgb=True)[triangles].mean(axis=1)
+    return RawPiece(positions, triangles, own, material, colors)
 
 
-def _material(material: object) -> CadMaterial:
-    """`Kd` is taken as linear, as Blender takes it."""
-    diffuse = np.asarray(material.diffuse, dtype=np.float64) / 255.0
-    return CadMaterial(material.name.lstrip(MARK), tuple(float(c) for c in diffuse))
+def _corners(run: _Run) -> tuple[np.ndarray, np.ndarray]:
+    """(C, k) indices as written (k = 1: vertex; 3: vertex, texture, normal; 0 where left out) and the (F,) corners of each face."""
+    faces = [line.split(b"#")[0] if b"#" in line else line for line in run.faces]
+    sizes = np.array([len(line.split()) for line in faces], dtype=np.int64)
+    text, count = b" ".join(faces), int(sizes.sum())
+    if b"/" not in text:
+        return numbers(text, np.int64).reshape(count, 1), sizes
+    text = text.replace(b"//", b"/0/")
+    if text.count(b"/") == 2 * count:
+        return numbers(text.replace(b"/", b" "), np.int64).reshape(count, 3), sizes
+    rows = [(*(int(i or 0) for i in corner.split(b"/")), 0, 0)[:3] for corner in text.split()]
+    return np.array(rows, dtype=np.int64).reshape(count, 3), sizes
+
+
+def _resolved(index: np.ndarray, count: int | None, total: int) -> np.ndarray:
+    """0-based indices; −1 where there is none or it points outside. Negative ones count back from `count`."""
+    zero_based = np.where(index > 0, index - 1, index + (count or 0))
+    return np.where((index != 0) & (zero_based >= 0) & (zero_based < total), zero_based, -1)

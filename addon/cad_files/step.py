@@ -25,4 +25,4 @@ def read_step(path: Path) -> RawFile:
         status = cascadio.step_to_glb(str(path), str(out), LINEAR_TOLERANCE, ANGULAR_TOLERANCE_RAD, merge_primitives=False)
         if status != 0 or not out.exists():
             raise CadFileError(f"{path.name} cannot be read as STEP: it may be damaged. Export it again as AP203, AP214 or AP242.")
-        return read_glb_bytes(out.read_bytes())
+        return read_glb_bytes(out.read_bytes(), path)

@@ -1,0 +1,90 @@
+"""The views of scenes without a camera: framing, depth range, the sun."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from addon.default_view import MARGIN, VIEWS, camera_for_view, camera_from_eye, default_sun, outline_points
+from addon.errors import SettingsError
+from tests import scenes
+
+
+def projected(camera, points):
+    clip = np.concatenate([points, np.ones((len(points), 1))], axis=1) @ camera.clip_from_world.T
+    return clip[:, :3] / clip[:, 3:]
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (300, 900)])
+@pytest.mark.parametrize("fov", [0.1, 0.7, 1.6])
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_view_frames_everything_and_wastes_nothing(name, fov, size):
+    scene = scenes.scene_of(scenes.box((2, 3, 4), (5, 4, 9)), scenes.ball((-6, 0, 0), 1.5, 12, 6))
+    camera = camera_for_view(scene, size, name, fov)
+    ndc = projected(camera, outline_points(scene))
+    reach = np.abs(ndc).max(axis=0)
+    assert reach[:2].max() <= 1 - MARGIN + 1e-9 and reach[2] < 1
+    low, high = ndc[:, :2].min(axis=0), ndc[:, :2].max(axis=0)
+    touches = np.isclose(high - low, 2 * (1 - MARGIN), atol=1e-6)
+    assert touches.any(), "one direction is used to the full"
+    assert np.allclose((high + low)[touches], 0, atol=1e-6), "and is centred"
+
+
+def test_views_look_the_way_their_names_say():
+    scene = scenes.scene_of(scenes.box((0, 0, 0), (1, 2, 3)))
+    looks = {name: camera_for_view(scene, (64, 64), name).direction_ws for name in VIEWS}
+    for name, direction in {
+        "front": (0, 1, 0),
+        "back": (0, -1, 0),
+        "left": (1, 0, 0),
+        "right": (-1, 0, 0),
+        "top": (0, 0, -1),
+        "bottom": (0, 0, 1),
+    }.items():
+        assert np.allclose(looks[name], direction)
+    assert looks["iso"][0] < 0 < looks["iso"][1] and looks["iso"][2] < 0
+    x, y, z = np.abs(looks["iso"] @ np.eye(3))
+    assert np.isclose(x, y) and np.isclose(z, np.sqrt(0.25), atol=0.01), "30 degrees above the horizon"
+
+
+def test_an_eye_is_where_the_user_put_it_whatever_the_scenes_origin(rng):
+    scene = replace(scenes.scene_of(scenes.box((0, 0, 0), (1, 1, 1))), origin_ws=np.array([1000.0, -500.0, 64.0]))
+    camera = camera_from_eye(scene, (100, 50), (1005, -505, 70), (1000, -500, 64))
+    assert np.allclose(camera.eye_ws + scene.origin_ws, (1005, -505, 70))
+    assert np.allclose(projected(camera, np.zeros((1, 3)))[0, :2], 0, atol=1e-9)
+    ndc = projected(camera, outline_points(scene))
+    assert np.abs(ndc[:, 2]).max() < 1
+
+
+def test_an_eye_inside_the_scene_still_has_a_depth_range():
+    scene = scenes.scene_of(scenes.box((-5, -5, -5), (5, 5, 5)))
+    camera = camera_from_eye(scene, (100, 50), (0, 0, 0), (1, 0, 0))
+    assert 0 < camera.near < 0.01 and 5 < camera.far < 6
+
+
+def test_looking_straight_down_is_no_special_case():
+    scene = scenes.scene_of(scenes.box((0, 0, 0), (1, 1, 1)))
+    camera = camera_from_eye(scene, (64, 64), (0.5, 0.5, 5), (0.5, 0.5, 0))
+    assert np.allclose(camera.direction_ws, (0, 0, -1))
+
+
+def test_nonsense_is_refused_in_one_line():
+    scene = scenes.scene_of(scenes.box((0, 0, 0), (1, 1, 1)))
+    for call in (
+        lambda: camera_for_view(scene, (64, 64), "askew"),
+        lambda: camera_from_eye(scene, (64, 64), (1, 1, 1), (1, 1, 1)),
+        lambda: camera_for_view(scene, (64, 64), "iso", 4.0),
+    ):
+        with pytest.raises(SettingsError) as raised:
+            call()
+        assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_the_default_sun_stands_to_the_upper_left_and_above_the_horizon(name):
+    camera = camera_for_view(scenes.scene_of(scenes.box((0, 0, 0), (1, 1, 1))), (64, 64), name)
+    light = default_sun(camera)
+    assert np.isclose(np.linalg.norm(light.direction_ws), 1) and light.direction_ws[2] >= np.sin(np.radians(24.9))
+    if name not in ("top", "bottom"):
+        x, y, _ = camera.view_from_world[:3, :3] @ light.direction_ws
+        assert x < 0 < y
