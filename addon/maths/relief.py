@@ -216,11 +216,14 @@ def _plane_points(source: np.ndarray, uv: np.ndarray, relief: np.ndarray) -> np.
 def _perspective(corners_m: np.ndarray, near: float, far: float) -> np.ndarray:
     """OpenGL frustum through `corners_m` ((left, bottom), (right, top)) on the near plane."""
     (left, bottom), (right, top) = corners_m
-    return np.array([
-        [2 * near / (right - left), 0.0, (right + left) / (right - left), 0.0],
-        [0.0, 2 * near / (top - bottom), (top + bottom) / (top - bottom), 0.0],
-        [0.0, 0.0, -(far + near) / (far - near), -2 * far * near / (far - near)],
-        [0.0, 0.0, -1.0, 0.0]])
+    return np.array(
+        [
+            [2 * near / (right - left), 0.0, (right + left) / (right - left), 0.0],
+            [0.0, 2 * near / (top - bottom), (top + bottom) / (top - bottom), 0.0],
+            [0.0, 0.0, -(far + near) / (far - near), -2 * far * near / (far - near)],
+            [0.0, 0.0, -1.0, 0.0],
+        ]
+    )
 
 
 def _orthographic(size_m: np.ndarray, near: float, far: float) -> np.ndarray:

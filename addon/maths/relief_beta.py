@@ -3,8 +3,8 @@
 A sprite shows every point X of the object at the place P on the plane where the *capture's own projection* put it. From the current eye
 the error of X is the angle P-C-X. β is its maximum over the object's bounds; β_transP and β_transN are what the eye's motion parallel and
 normal to the plane would cause alone (RI §5.3); β_screen = FOV/resolution is the angle of a pixel. An orthographic capture is off by β
-even at its own eye, a perspective one by nothing. For an orthographic view, where directions have no vertex, the same quantities are distances across
-the view in metres and β_screen is the size of a pixel.
+even at its own eye, a perspective one by nothing. For an orthographic view, where directions have no vertex, the same quantities are
+distances across the view in metres and β_screen is the size of a pixel.
 """
 
 from __future__ import annotations
@@ -44,8 +44,13 @@ def betas(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera, size: tuple[
         texel = frame.texel_m if eye[3] == 0.0 else frame.texel_m / _distance(frame, eye, middle)
         return Betas(screen, total, 0.0, total, texel)
     parallel, normal = np.array([*eye[:2], rest[2], 1.0]), np.array([*rest[:2], eye[2], 1.0])
-    return Betas(screen, _largest(frame, parallel, points, on_plane), _largest(frame, normal, points, on_plane), total,
-                 frame.texel_m / _distance(frame, eye, middle))
+    return Betas(
+        screen,
+        _largest(frame, parallel, points, on_plane),
+        _largest(frame, normal, points, on_plane),
+        total,
+        frame.texel_m / _distance(frame, eye, middle),
+    )
 
 
 def beta_screen(camera: Camera, size: tuple[int, int]) -> float:

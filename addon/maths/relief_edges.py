@@ -66,8 +66,9 @@ class ReliefEdges:
     texels: int
 
 
-def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, back_m: np.ndarray | None = None,
-                 choice: EdgeChoice = EdgeChoice()) -> ReliefEdges:
+def relief_edges(
+    frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, back_m: np.ndarray | None = None, choice: EdgeChoice = EdgeChoice()
+) -> ReliefEdges:
     """The precomputation for a texture: `depth_m` (h, w) metres behind the plane, `mask` (h, w) bool, `back_m` (h, w) the object's back.
 
     Without `back_m` the bounds' back stands for it. Raises `SceneError` for an empty mask and for depths that are not finite.
@@ -81,8 +82,10 @@ def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, bac
     back = np.where(mask, frame.depth_m if back_m is None else np.maximum(back_m, depth), 0.0).astype(np.float64)
     if not (np.isfinite(depth).all() and np.isfinite(back).all()):
         raise SceneError("The impostor's depth holds values that are not finite: capture it again.")
-    pairs, step, is_edge, is_inside = (np.concatenate(parts) for parts in zip(
-        *(_axis_pairs(frame, depth, back, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True))
+    pairs, step, is_edge, is_inside = (
+        np.concatenate(parts)
+        for parts in zip(*(_axis_pairs(frame, depth, back, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True)
+    )
     region = _regions(frame, pairs, choice.regions)
     edges = np.column_stack([pairs[is_edge], np.zeros(is_edge.sum()), np.ones(is_edge.sum())])
     if back_m is not None:
@@ -91,14 +94,22 @@ def relief_edges(frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, bac
     corrected = is_edge | is_inside
     sums, totals = _directional_sums(frame, edges, choice.bins)
     count = choice.regions[0] * choice.regions[1]
-    return ReliefEdges(frame, edges, _largest(pairs[is_inside], step[is_inside], region[is_inside], count),
-                       _largest(pairs[corrected], step[corrected], region[corrected], count),
-                       _largest(pairs[is_inside], step[is_inside], np.zeros(is_inside.sum(), int), 1)[0],
-                       _largest(pairs[corrected], step[corrected], np.zeros(corrected.sum(), int), 1)[0], sums, totals, int(mask.sum()))
+    return ReliefEdges(
+        frame,
+        edges,
+        _largest(pairs[is_inside], step[is_inside], region[is_inside], count),
+        _largest(pairs[corrected], step[corrected], region[corrected], count),
+        _largest(pairs[is_inside], step[is_inside], np.zeros(is_inside.sum(), int), 1)[0],
+        _largest(pairs[corrected], step[corrected], np.zeros(corrected.sum(), int), 1)[0],
+        sums,
+        totals,
+        int(mask.sum()),
+    )
 
 
-def _axis_pairs(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, axis: int,
-                edge_texels: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _axis_pairs(
+    frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, axis: int, edge_texels: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(pairs, step in metres, is a depth edge, both on the object) of all neighbours along `axis` (0: u, 1: v) that touch the object."""
     d, b, m = (x if axis == 0 else x.T for x in (depth, back, mask))
     first, second = (d[:, :-1], b[:, :-1], m[:, :-1]), (d[:, 1:], b[:, 1:], m[:, 1:])

@@ -25,8 +25,17 @@ from .relief import pixel_from_clip, warp_coefficients
 from .relief_edges import SHIFTS, ReliefEdges, shift_unit
 from .view import Camera
 
-PREDICTORS = ("critical", "critical_px", "regions_sum", "regions_max", "regions_sum_px", "regions_max_px", "regions_share", "edge_sum_px",
-              "edge_fast_px")
+PREDICTORS = (
+    "critical",
+    "critical_px",
+    "regions_sum",
+    "regions_max",
+    "regions_sum_px",
+    "regions_max_px",
+    "regions_share",
+    "edge_sum_px",
+    "edge_fast_px",
+)
 OPENS_PX = 1.0
 """A region counts in `regions_share` when its critical pair opens by more than this."""
 
@@ -59,14 +68,20 @@ def relief_set(members: Sequence[ReliefEdges]) -> ReliefSet:
     frames = [m.frame for m in members]
     counts = [len(m.edges) for m in members]
     return ReliefSet(
-        world_from_plane=np.stack([f.world_from_plane for f in frames]), plane_from_world=np.stack([f.plane_from_world for f in frames]),
-        source=np.stack([f.source for f in frames]), extent=np.array([[f.width, f.height] for f in frames], float),
+        world_from_plane=np.stack([f.world_from_plane for f in frames]),
+        plane_from_world=np.stack([f.plane_from_world for f in frames]),
+        source=np.stack([f.source for f in frames]),
+        extent=np.array([[f.width, f.height] for f in frames], float),
         deepest=np.array([f.deepest_relief for f in frames]),
         written=_columns([np.vstack([m.whole_written, m.written]) for m in members]),
         corrected=_columns([np.vstack([m.whole_corrected, m.corrected]) for m in members]),
-        sums=np.stack([m.sums for m in members]), totals=np.stack([m.totals for m in members]),
-        unit=np.array([shift_unit(f) for f in frames]), texels=np.array([m.texels for m in members], float),
-        edges=np.concatenate([m.edges for m in members]), edge_owner=np.repeat(np.arange(len(members)), counts))
+        sums=np.stack([m.sums for m in members]),
+        totals=np.stack([m.totals for m in members]),
+        unit=np.array([shift_unit(f) for f in frames]),
+        texels=np.array([m.texels for m in members], float),
+        edges=np.concatenate([m.edges for m in members]),
+        edge_owner=np.repeat(np.arange(len(members)), counts),
+    )
 
 
 def _columns(pairs: list[np.ndarray]) -> np.ndarray:
@@ -85,10 +100,16 @@ def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: b
     written = _written(view, textures.written)
     opening = _opening_px(view, textures.corrected)
     out = {
-        "critical": written[:, 0], "regions_sum": written[:, 1:].sum(axis=1), "regions_max": written[:, 1:].max(axis=1),
-        "critical_px": opening[:, 0], "regions_sum_px": opening[:, 1:].sum(axis=1), "regions_max_px": opening[:, 1:].max(axis=1),
-        "regions_share": (opening[:, 1:] > OPENS_PX).mean(axis=1), "edge_fast_px": _edge_fast_px(view, textures),
-        "covered_px": _covered_px(view, textures)}
+        "critical": written[:, 0],
+        "regions_sum": written[:, 1:].sum(axis=1),
+        "regions_max": written[:, 1:].max(axis=1),
+        "critical_px": opening[:, 0],
+        "regions_sum_px": opening[:, 1:].sum(axis=1),
+        "regions_max_px": opening[:, 1:].max(axis=1),
+        "regions_share": (opening[:, 1:] > OPENS_PX).mean(axis=1),
+        "edge_fast_px": _edge_fast_px(view, textures),
+        "covered_px": _covered_px(view, textures),
+    }
     if exact:
         out["edge_sum_px"] = _edge_sum_px(view, textures)
     return {name: np.where(view.valid, value, np.inf) for name, value in out.items()}

@@ -70,8 +70,9 @@ def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], ch
     return _frame(hull - eye, axes, front, depth_m, camera, size, choice)
 
 
-def _frame(hull: np.ndarray, axes: np.ndarray, front: float, depth_m: float, camera: Camera, size: tuple[int, int],
-           choice: CaptureChoice) -> CaptureFrame:
+def _frame(
+    hull: np.ndarray, axes: np.ndarray, front: float, depth_m: float, camera: Camera, size: tuple[int, int], choice: CaptureChoice
+) -> CaptureFrame:
     """The frame from axes (rows: right, down, away) and the hull relative to the eye."""
     through_eye = choice.perspective and not camera.is_orthographic
     across = hull @ axes[:2].T

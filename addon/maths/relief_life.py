@@ -16,8 +16,17 @@ from .relief_beta import Betas
 
 STAGES = ("hidden", "geometry", "sprite", "warp", "regenerated")
 APPROACHES = ("texel", "schaufler")
-LIMITS = {"critical": 200.0, "critical_px": 12.0, "regions_sum": 800.0, "regions_max": 200.0, "regions_sum_px": 60.0,
-          "regions_max_px": 12.0, "regions_share": 0.6, "edge_sum_px": 0.06, "edge_fast_px": 0.06}
+LIMITS = {
+    "critical": 200.0,
+    "critical_px": 12.0,
+    "regions_sum": 800.0,
+    "regions_max": 200.0,
+    "regions_sum_px": 60.0,
+    "regions_max_px": 12.0,
+    "regions_share": 0.6,
+    "edge_sum_px": 0.06,
+    "edge_fast_px": 0.06,
+}
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 SHARED = ("edge_sum_px", "edge_fast_px")
 
@@ -157,9 +166,12 @@ def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
         return _Wish("geometry", 0.0, "the geometry is cheaper")
     can_capture = sight.capture_bytes > 0
     urgent = inf if can_capture else 0.0
-    for wrong, reason in ((not state.is_captured, "not captured yet"), (state.is_stale, "the object has changed"),
-                          (sight.tilt_rad > settings.max_tilt_rad, "seen too far from the side"),
-                          (not sight.predicted < inf, "the eye is not before the plane")):
+    for wrong, reason in (
+        (not state.is_captured, "not captured yet"),
+        (state.is_stale, "the object has changed"),
+        (sight.tilt_rad > settings.max_tilt_rad, "seen too far from the side"),
+        (not sight.predicted < inf, "the eye is not before the plane"),
+    ):
         if wrong:
             return _Wish("geometry", urgent, reason if can_capture else f"{reason}; cannot be captured from here")
     return _wish_of_captured(state, sight, settings, can_capture)
@@ -188,9 +200,9 @@ def _within_budget(wishes: Sequence[_Wish], sights: Sequence[Sight], settings: L
     """Who may capture: first those that must, by how much and how large they are seen; then one of those that would rather."""
     must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -sights[i].covered_px, i))
     early = sorted((i for i, w in enumerate(wishes) if 0.0 < w.need <= 1.0), key=lambda i: (-wishes[i].need, i))
-    affordable = [i for i in must if sights[i].capture_bytes <= settings.memory_bytes][:settings.regenerations]
+    affordable = [i for i in must if sights[i].capture_bytes <= settings.memory_bytes][: settings.regenerations]
     room = settings.regenerations - len(affordable)
-    return {*affordable, *early[:min(room, 1)]}
+    return {*affordable, *early[: min(room, 1)]}
 
 
 def _while_waiting(state: ImpostorState, sight: Sight, wish: _Wish, settings: LifeSettings) -> str:

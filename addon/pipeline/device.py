@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import moderngl
 
 from .context import GpuWorker
@@ -16,6 +19,9 @@ from .shadow_pass import ShadowMaps
 PLAIN = TestChoice()
 
 
+Attached = TypeVar("Attached")
+
+
 class Device:
     """Keeps the last target of each kind; asking for another size frees it and makes a new one."""
 
@@ -26,6 +32,8 @@ class Device:
         self.store = GeometryStore(context)
         self.shade_pass = ShadePass(context, self.programs)
         self._kept: dict[str, tuple[tuple, object]] = {}
+        self._idle_target = context.renderbuffer((1, 1))
+        self._idle = context.framebuffer([self._idle_target])
 
     def gbuffer(self, size: tuple[int, int]) -> GBuffer:
         """The camera targets of that size."""
@@ -45,10 +53,19 @@ class Device:
         key = (store.positions.glo, store.positions.size, store.indices.glo, store.indices.size)
         return self._keep("triangles", key, lambda: _Pair(*store.buffer_textures())).pair
 
+    def unbind(self) -> None:
+        """Bind an idle framebuffer. Called before a framebuffer is released: moderngl binds the last one again when it makes another."""
+        self._idle.use()
+
+    def attached(self, kind: str, make: Callable[[], Attached]) -> Attached:
+        """The thing of that kind that lives as long as the device, made on first use; it is released with the device."""
+        return self._keep(kind, (), make)
+
     def _keep(self, kind: str, key: tuple, make: object) -> object:
         kept = self._kept.get(kind)
         if kept is None or kept[0] != key:
             if kept is not None:
+                self.unbind()
                 kept[1].release()
                 del self._kept[kind]
             self._kept[kind] = (key, make())
@@ -56,12 +73,15 @@ class Device:
 
     def release(self) -> None:
         """Free everything."""
+        self.unbind()
         for _, thing in self._kept.values():
             thing.release()
         self._kept.clear()
         self.shade_pass.release()
         self.store.release()
         self.programs.release()
+        self._idle.release()
+        self._idle_target.release()
 
 
 class _Pair:

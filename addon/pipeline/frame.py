@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..maths.projection import ShadowPlan
+
+if TYPE_CHECKING:
+    from .impostor_life import ImpostorReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,6 +21,7 @@ class Frame:
     normal (h, w, 3) world, object (h, w) int32, partition (h, w) int32, aliasing (h, w, 3), and with 'texel' shadow_depth (k, N, N).
     `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the contract's report;
     `gl` {"renderer", "version"}; `measured` the error statistics (maths.errors.aliasing_statistics).
+    `impostors` one `ImpostorReport` (pipeline.impostor_life) per impostor asked for.
     """
 
     passes: dict[str, np.ndarray]
@@ -26,3 +31,4 @@ class Frame:
     gl: dict[str, str]
     measured: dict[str, object] | None
     warnings: tuple[str, ...] = field(default=())
+    impostors: tuple[ImpostorReport, ...] = field(default=())

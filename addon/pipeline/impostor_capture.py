@@ -32,8 +32,8 @@ APART_TEXELS = 0.25
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `layers` RGBA32F (|relief|, its gradient per texel in u and v, |relief| of the back); `normal`, `ids` as in the G-buffer, and the same of
-    the back layer. `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top.
+    `layers` RGBA32F (|relief|, its gradient per texel in u and v, |relief| of the back); `normal`, `ids` as in the G-buffer, and the same
+    of the back layer. `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top.
     """
 
     frame: CaptureFrame
@@ -75,12 +75,19 @@ def fingerprint(draw_list: DrawList, rows: np.ndarray) -> Hashable:
     grouped = [(g.first_index, g.index_count, g.slots[rows[g.rows]].tobytes()) for g in draw_list.groups if rows[g.rows].any()]
     slots = np.flatnonzero(np.isin(draw_list.rows_of_slot, chosen))
     meshes = tuple(draw_list.scene.meshes[i].key for i in draw_list.scene.instances.mesh_index[chosen])
-    return (ranges.first[baked].tobytes(), ranges.count[baked].tobytes(), tuple(grouped), slots.tobytes(), meshes,
-            draw_list.scene.instances.world_from_object[chosen].tobytes())
+    return (
+        ranges.first[baked].tobytes(),
+        ranges.count[baked].tobytes(),
+        tuple(grouped),
+        slots.tobytes(),
+        meshes,
+        draw_list.scene.instances.world_from_object[chosen].tobytes(),
+    )
 
 
-def capture(device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, *, with_back: bool = True,
-            choice: EdgeChoice = EdgeChoice()) -> ImpostorTextures:
+def capture(
+    device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, *, with_back: bool = True, choice: EdgeChoice | None = None
+) -> ImpostorTextures:
     """Capture the instance rows of the mask `rows` (I,). `with_back` False leaves out the back layer: every surface is a sheet.
 
     Raises `SceneError` when nothing of them is seen, `GpuError` when the frame exceeds the driver's texture size.
@@ -97,19 +104,25 @@ def capture(device: Device, draw_list: DrawList, rows: np.ndarray, frame: Captur
             _draw_back(device, front, back, draw_list, camera, rows, APART_TEXELS * frame.texel_m)
         mask = read_texture(front.ids)[..., 0] > 0
         depth, ends = _depths(frame, front, back, with_back)
-        edges = relief_edges(frame, depth, mask, ends if with_back else None, choice)
+        edges = relief_edges(frame, depth, mask, ends if with_back else None, choice or EdgeChoice())
         layers = _layers_texture(context, frame, depth, ends, mask)
     except (SceneError, GpuError):
+        device.unbind()
         for target in (front, back):
             target.release()
         raise
+    device.unbind()
     for target in (front, back):
         for thing in (target.framebuffer, target.view_depth, target.depth):
             thing.release()
-    return ImpostorTextures(frame, layers, front.normal, front.ids, back.normal, back.ids, edges, depth, ends, mask, fingerprint(draw_list, rows))
+    return ImpostorTextures(
+        frame, layers, front.normal, front.ids, back.normal, back.ids, edges, depth, ends, mask, fingerprint(draw_list, rows)
+    )
 
 
-def _draw_back(device: Device, front: GBuffer, back: GBuffer, draw_list: DrawList, camera: Camera, rows: np.ndarray, apart_m: float) -> None:
+def _draw_back(
+    device: Device, front: GBuffer, back: GBuffer, draw_list: DrawList, camera: Camera, rows: np.ndarray, apart_m: float
+) -> None:
     """The nearest surface more than `apart_m` behind the first (depth peeling, one layer)."""
     back.framebuffer.use()
     back.framebuffer.clear()
@@ -118,9 +131,13 @@ def _draw_back(device: Device, front: GBuffer, back: GBuffer, draw_list: DrawLis
     along = pixel_rays(camera, front.size)[0]
     pair = [device.programs.get("gbuffer.vert", "impostor_back.frag", INSTANCED=flag) for flag in (0, 1)]
     for program in pair:
-        set_uniforms(program, u_clip_from_world=matrix_bytes(camera.clip_from_world), u_apart=apart_m,
-                     u_view_depth_from_world=np.asarray(-camera.view_from_world[2], np.float32).tobytes(),
-                     u_along_from_pixel=np.ascontiguousarray(along.T, np.float32).tobytes())
+        set_uniforms(
+            program,
+            u_clip_from_world=matrix_bytes(camera.clip_from_world),
+            u_apart=apart_m,
+            u_view_depth_from_world=np.asarray(-camera.view_from_world[2], np.float32).tobytes(),
+            u_along_from_pixel=np.ascontiguousarray(along.T, np.float32).tobytes(),
+        )
     draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True, rows=rows)
 
 
@@ -134,7 +151,9 @@ def _depths(frame: CaptureFrame, front: GBuffer, back: GBuffer, with_back: bool)
     return depth, np.where(read_texture(back.ids)[..., 0] > 0, np.maximum(ends, depth), depth)
 
 
-def _layers_texture(context: moderngl.Context, frame: CaptureFrame, depth: np.ndarray, ends: np.ndarray, mask: np.ndarray) -> moderngl.Texture:
+def _layers_texture(
+    context: moderngl.Context, frame: CaptureFrame, depth: np.ndarray, ends: np.ndarray, mask: np.ndarray
+) -> moderngl.Texture:
     """`layers` of `ImpostorTextures`."""
     near = np.where(mask, np.abs(relief_from_depth(frame.source, np.where(mask, depth, 0.0))), 0.0)
     far = np.abs(relief_from_depth(frame.source, np.where(mask, ends, 0.0)))

@@ -1,24 +1,49 @@
 """Drawing relief impostors into the G-buffer, as if they were geometry. Worker thread only.
 
-`inverse`: every pixel of the quad follows its view ray through the relief's texels (exact cell walk, front and back layer).
+`inverse`: every pixel of the quad follows its view ray through the relief's texels (exact cell walk, front and back layer; no rubber
+sheets, since what lies behind a depth step is known to be unknown). `forward`: the texts' pre-warp, holes filled by interpolation, then the quad.
 `sprite`: the texture as it lies on the plane.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import moderngl
 import numpy as np
 
-from ..maths.relief import CaptureFrame, relief_warp
+from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp
 from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .device import Device
 from .gbuffer_pass import GBuffer
-from .impostor_capture import ImpostorTextures
+from .impostor_capture import EMPTY, ImpostorTextures
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 
+METHODS = ("inverse", "forward")
+_KINDS = {"inverse": 0, "sprite": 1, "forward": 2}
 CONTINUOUS_TEXELS = 1.0
 """Depth steps up to so many texels between neighbours are one surface: the ray meets it instead of passing through the gap."""
+LARGEST_PREWARP = 2
+"""The pre-warped texture is at most so many times as large as the captured one, per side."""
+
+
+@dataclass(frozen=True)
+class _Source:
+    """The textures that the quad's shader reads, their size, and the plane coordinates of their first texel."""
+
+    layers: moderngl.Texture
+    normal: moderngl.Texture
+    ids: moderngl.Texture
+    back_normal: moderngl.Texture
+    back_ids: moderngl.Texture
+    size: tuple[int, int]
+    corner: tuple[float, float] = (0.0, 0.0)
+
+    def bind(self) -> None:
+        """Bind all to their units."""
+        for name in ("layers", "normal", "ids", "back_normal", "back_ids"):
+            getattr(self, name).use(SAMPLER_UNITS[f"u_{name}"])
 
 
 def clip_from_texel(frame: CaptureFrame, camera: Camera) -> np.ndarray:
@@ -28,33 +53,116 @@ def clip_from_texel(frame: CaptureFrame, camera: Camera) -> np.ndarray:
     return camera.clip_from_world @ frame.world_from_plane @ texel
 
 
-def draw_impostor(device: Device, target: GBuffer, impostor: ImpostorTextures, hull_ws: np.ndarray, camera: Camera, *,
-                  sprite: bool = False, fade: float = 1.0, fade_rest: bool = False) -> None:
-    """Draw one impostor over what `target` holds (depth-tested, not cleared).
+def draw_impostor(
+    device: Device,
+    target: GBuffer,
+    impostor: ImpostorTextures,
+    hull_ws: np.ndarray,
+    camera: Camera,
+    *,
+    method: str = "inverse",
+    fade: float = 1.0,
+    fade_rest: bool = False,
+) -> None:
+    """Draw one impostor over what `target` holds (depth-tested, not cleared). `method`: 'inverse', 'forward' or 'sprite'.
 
     `fade` < 1 draws that share of the pixels, dithered, and with `fade_rest` exactly the others: old and new texture during a crossfade.
     Raises `SceneError` when the eye does not stand before the impostor's plane.
     """
-    context, frame = device.context, impostor.frame
+    frame = impostor.frame
     warp = relief_warp(frame, camera)
-    program = device.programs.get("impostor_quad.vert", "impostor.frag", SPRITE=sprite)
-    away = _away(frame)
-    extent = np.array([[0.0, 0.0], [frame.width, frame.height]]) if sprite else visible_extent(frame, hull_ws, camera)
-    view_row = -camera.view_from_world[2] @ frame.world_from_plane
-    set_uniforms(
-        program, u_clip_from_texel=matrix_bytes(clip_from_texel(frame, camera)), u_extent=tuple(map(float, extent.ravel())),
-        u_view_depth_from_texel=(float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
-        u_warp=tuple(float(k) * away for k in warp.K), u_size=(frame.width, frame.height), u_source_w=float(frame.source[3]) * away,
-        u_deepest=abs(frame.deepest_relief) * (1.0 + 1e-5), u_fade=fade, u_fade_rest=int(fade_rest),
-        u_continuous=CONTINUOUS_TEXELS * frame.texel_m / abs(float(frame.source[2])))
-    for name, texture in (("u_layers", impostor.layers), ("u_normal", impostor.normal), ("u_ids", impostor.ids),
-                          ("u_back_normal", impostor.back_normal), ("u_back_ids", impostor.back_ids)):
-        texture.use(SAMPLER_UNITS[name])
+    extent = np.array([[0.0, 0.0], [frame.width, frame.height]]) if method == "sprite" else visible_extent(frame, hull_ws, camera)
+    source = _Source(impostor.layers, impostor.normal, impostor.ids, impostor.back_normal, impostor.back_ids, (frame.width, frame.height))
+    scratch = None
+    if method == "forward":
+        extent = _whole_texels(extent, frame)
+        scratch = _Prewarped(device, source, frame, warp, extent)
+        source = scratch.source
+    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method])
+    _set(program, frame, camera, warp, extent, source)
+    set_uniforms(program, u_fade=fade, u_fade_rest=int(fade_rest))
+    source.bind()
     target.framebuffer.use()
-    context.enable_only(moderngl.DEPTH_TEST)
+    device.context.enable_only(moderngl.DEPTH_TEST)
+    _render(device.context, program, moderngl.TRIANGLE_STRIP, 4)
+    if scratch is not None:
+        scratch.release()
+
+
+def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: ReliefWarp, extent: np.ndarray, source: _Source) -> None:
+    """All uniforms of the quad but the fade."""
+    away, view_row = _away(frame), -camera.view_from_world[2] @ frame.world_from_plane
+    set_uniforms(
+        program,
+        u_clip_from_texel=matrix_bytes(clip_from_texel(frame, camera)),
+        u_extent=tuple(map(float, extent.ravel())),
+        u_view_depth_from_texel=(float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
+        u_warp=tuple(float(k) * away for k in warp.K),
+        u_size=source.size,
+        u_source_w=float(frame.source[3]) * away,
+        u_deepest=_deepest(frame),
+        u_corner=source.corner,
+        u_continuous=CONTINUOUS_TEXELS * frame.texel_m / abs(float(frame.source[2])),
+    )
+
+
+class _Prewarped:
+    """The forward pre-warp of a texture for one eye, on the part `extent` of its plane, one texel to one texel."""
+
+    def __init__(self, device: Device, source: _Source, frame: CaptureFrame, warp: ReliefWarp, extent: np.ndarray) -> None:
+        context = device.context
+        size = tuple(int(n) for n in extent[1] - extent[0])
+        layers, normal, ids = (
+            context.texture(size, 4, dtype="f4"),
+            context.texture(size, 2, dtype="f2"),
+            context.texture(size, 2, dtype="u4"),
+        )
+        for texture in (layers, normal, ids):
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        self._depth = context.depth_texture(size)
+        self._framebuffer = context.framebuffer([layers, normal, ids], self._depth)
+        self._framebuffer.use()
+        self._framebuffer.clear(red=float(EMPTY))
+        context.enable_only(moderngl.DEPTH_TEST)
+        source.bind()
+        for mesh, mode, count in (
+            (1, moderngl.TRIANGLES, 6 * (frame.width - 1) * (frame.height - 1)),
+            (0, moderngl.POINTS, frame.width * frame.height),
+        ):
+            program = device.programs.get("impostor_prewarp.vert", "impostor_prewarp.frag", MESH=mesh)
+            set_uniforms(
+                program,
+                u_extent=tuple(map(float, extent.ravel())),
+                u_size=source.size,
+                u_deepest=_deepest(frame),
+                u_warp=tuple(float(k) * _away(frame) for k in warp.K),
+            )
+            _render(context, program, mode, count)
+        self.source = _Source(layers, normal, ids, normal, ids, size, tuple(map(float, extent[0])))
+
+    def release(self) -> None:
+        """Free the target."""
+        for thing in (self._framebuffer, self._depth, self.source.layers, self.source.normal, self.source.ids):
+            thing.release()
+
+
+def _whole_texels(extent: np.ndarray, frame: CaptureFrame) -> np.ndarray:
+    """(2, 2) the extent grown to whole texels and kept within `LARGEST_PREWARP` times the texture round its middle."""
+    size = np.array([frame.width, frame.height])
+    low, high = np.floor(extent[0] - 0.5), np.ceil(extent[1] + 0.5)
+    reach = LARGEST_PREWARP * size // 2
+    return np.stack([np.maximum(low, size // 2 - reach), np.minimum(high, size // 2 + reach)])
+
+
+def _render(context: moderngl.Context, program: moderngl.Program, mode: int, vertices: int) -> None:
+    """Draw without attributes."""
     array = context.vertex_array(program, [])
-    array.render(moderngl.TRIANGLE_STRIP, vertices=4)
+    array.render(mode, vertices=vertices)
     array.release()
+
+
+def _deepest(frame: CaptureFrame) -> float:
+    return abs(frame.deepest_relief) * (1.0 + 1e-5)
 
 
 def _away(frame: CaptureFrame) -> float:

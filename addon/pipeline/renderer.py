@@ -24,6 +24,7 @@ from .device import Device, device_of
 from .draw_list import DrawList
 from .frame import Frame
 from .gbuffer_pass import draw_gbuffer, surface_points_ws
+from .impostor_life import ImpostorChoice, ImpostorFrame, library_of
 from .readback import frame_passes, read_texture
 from .scene import Scene
 from .settings import Settings
@@ -61,6 +62,7 @@ class Request:
     size: tuple[int, int]
     passes: tuple[str, ...] = ("combined",)
     measure: bool = True
+    impostors: ImpostorChoice | None = None
 
 
 class Renderer:
@@ -84,14 +86,15 @@ class Renderer:
         passes: tuple[str, ...] = ("combined",),
         *,
         measure: bool = True,
+        impostors: ImpostorChoice | None = None,
         progress: Progress | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> Frame:
-        """One frame, waited for. `progress` and `cancelled` are called on the calling thread.
+        """One frame, waited for; `impostors` stand for some of its objects. `progress` and `cancelled` are called on the calling thread.
 
         Raises `SceneError` (nothing to draw), `GpuError` (no context, too large), `Cancelled`.
         """
-        future, ticket = self.submit(Request(scene, camera, light, settings, size, tuple(passes), measure))
+        future, ticket = self.submit(Request(scene, camera, light, settings, size, tuple(passes), measure, impostors))
         while True:
             try:
                 return future.result(timeout=POLL_S if progress or cancelled else None)
@@ -119,8 +122,10 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     draw_list = device.store.sync(request.scene)
     clock.lap("upload")
     ticket.enter(0.2, "gbuffer")
-    gbuffer = device.gbuffer(request.size)
-    draw_gbuffer(device.context, device.programs, gbuffer, draw_list, request.camera)
+    impostors = None
+    if request.impostors is not None:
+        impostors = library_of(device).update(request.scene, draw_list, request.camera, request.size, request.impostors)
+    _draw_surfaces(device, request, draw_list, request.camera, impostors)
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
     plan = _plan(device, request, scene_bounds)
@@ -129,13 +134,21 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
         draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, request.settings.test)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
-    combined, data = _shade(device, request, draw_list, plan, ticket)
+    combined, data = _shade(device, request, draw_list, plan, impostors, ticket)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
-    frame = _frame(device, request, plan, combined, data)
+    frame = _frame(device, request, plan, impostors, combined, data)
     clock.lap("readback")
     clock.total()
     return replace(frame, timing_ms=dict(ticket.timing_ms))
+
+
+def _draw_surfaces(device: Device, request: Request, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None) -> None:
+    """What the camera sees: geometry, and impostors instead of the objects they stand for."""
+    gbuffer, rows = device.gbuffer(request.size), impostors.geometry_rows if impostors is not None else None
+    draw_gbuffer(device.context, device.programs, gbuffer, draw_list, camera, rows)
+    for drawn in impostors.drawn if impostors is not None else ():
+        drawn.draw(device, gbuffer, camera)
 
 
 def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowPlan | None:
@@ -160,7 +173,7 @@ def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowP
 
 
 def _shade(
-    device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, ticket: Ticket
+    device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
 ) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
     """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
     wants_data = request.measure or any(name in DATA_PASSES for name in request.passes)
@@ -174,7 +187,7 @@ def _shade(
     target = device.shade_target(request.size, False)
     for i, camera in enumerate(_jittered(request.camera, request.size, samples)):
         ticket.enter(0.7 + 0.25 * i / samples, "shade")
-        draw_gbuffer(device.context, device.programs, device.gbuffer(request.size), draw_list, camera)
+        _draw_surfaces(device, request, draw_list, camera, impostors)
         _shade_once(device, request, camera, draw_list, plan, target)
         combined += read_texture(target.textures[0])
     return combined / np.float32(samples), data
@@ -200,7 +213,14 @@ def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camer
     return cameras
 
 
-def _frame(device: Device, request: Request, plan: ShadowPlan | None, combined: np.ndarray | None, data: list[np.ndarray] | None) -> Frame:
+def _frame(
+    device: Device,
+    request: Request,
+    plan: ShadowPlan | None,
+    impostors: ImpostorFrame | None,
+    combined: np.ndarray | None,
+    data: list[np.ndarray] | None,
+) -> Frame:
     passes = frame_passes(combined, data, request.passes)
     measured = None
     if request.measure and data is not None:
@@ -211,6 +231,8 @@ def _frame(device: Device, request: Request, plan: ShadowPlan | None, combined: 
         passes["shadow_depth"] = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test).read()
     info = device.context.info
     geometry = {"meshes": len(request.scene.meshes), "instances": len(request.scene.instances), "triangles": request.scene.triangle_count}
+    if impostors is not None:
+        geometry["triangles_saved"] = impostors.triangles_saved
     return Frame(
         passes,
         plan,
@@ -219,6 +241,7 @@ def _frame(device: Device, request: Request, plan: ShadowPlan | None, combined: 
         {"renderer": info["GL_RENDERER"], "version": info["GL_VERSION"]},
         measured,
         plan.warnings if plan is not None else (),
+        impostors.reports if impostors is not None else (),
     )
 
 

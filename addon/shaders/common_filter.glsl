@@ -44,7 +44,7 @@ float light_at(Receiver r, mat2 on_surface) {
     float far_m = u_epsilon_far >= 0.0 ? u_epsilon_far * r.facing : FAR_TEXELS * footprint_m(r);
     float lowest = 1e30;
     uint dark = 0u;
-    uvec2 before = uvec2(0u);
+    uvec2 before = uvec2(0u), block;
     ivec2 cell = first;
     for (;;) {
         bool found = false;
@@ -53,13 +53,20 @@ float light_at(Receiver r, mat2 on_surface) {
             ids = texelFetch(u_shadow_ids, ivec3(cell, r.map), 0).rg;
             float depth = texelFetch(u_shadow_depth, ivec3(cell, r.map), 0).r * 2.0 - 1.0;
             lowest = min(lowest, height_above(r, vec3(cell_ndc(cell), depth)));
-            found = ids.x != 0u && ids != r.ids && ids != before;
+            block = ids.x == 0u || ids == r.ids ? before : block_of(ids);
+            found = block != before;
             cell = cell.x == last.x ? ivec2(first.x, cell.y + 1) : cell + ivec2(1, 0);
         }
         if (!found) break;
-        before = ids;
-        Triangle t = triangle_seen_from(r, ids);
-        for (int i = 0; i < taps; ++i) if (hits(r, t, offsets[i])) dark |= 1u << uint(i);
+        before = block;
+        uint slot = block.x - 1u;
+        uvec4 info = instance_info(slot);
+        uint end = min(block.y + uint(BLOCK), texelFetch(u_spans, int(slot)).y);
+        for (uint triangle = block.y; triangle < end; ++triangle) {
+            if (uvec2(block.x, triangle) == r.ids) continue;
+            Triangle t = triangle_seen_from(r, info, slot, triangle);
+            for (int i = 0; i < taps; ++i) if (hits(r, t, offsets[i])) dark |= 1u << uint(i);
+        }
         if (dark == (1u << uint(taps)) - 1u) return 0.0;
     }
     if (lowest > far_m) return 0.0;

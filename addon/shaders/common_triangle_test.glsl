@@ -6,6 +6,7 @@
 // coincident faces). Taps of a filter share the candidates: each triangle is fetched once and tested against every ray that is still lit.
 uniform sampler2DArray u_shadow_depth;
 uniform usampler2DArray u_shadow_ids;
+uniform usamplerBuffer u_spans;  // of a slot: its triangles in the pool, first and one past the last
 uniform float u_epsilon_far;   // metres along the ray; negative: FAR_TEXELS texels
 
 struct Triangle {
@@ -15,13 +16,17 @@ struct Triangle {
     float noise;
 };
 
-Triangle triangle_seen_from(Receiver r, uvec2 ids) {
-    uint slot = ids.x - 1u;
-    uvec4 info = instance_info(slot);
+// The block of BLOCK triangles in the index pool that an id lies in: slot + 1, first triangle. Blocks begin with the part.
+uvec2 block_of(uvec2 ids) {
+    uint first = texelFetch(u_spans, int(ids.x) - 1).x;
+    return uvec2(ids.x, ids.y - (ids.y - first) % uint(BLOCK));
+}
+
+Triangle triangle_seen_from(Receiver r, uvec4 info, uint slot, uint triangle) {
     Triangle t;
-    t.a = corner_ws(info, slot, ids.y * 3u) - r.position_ws;
-    t.b = corner_ws(info, slot, ids.y * 3u + 1u) - r.position_ws;
-    t.c = corner_ws(info, slot, ids.y * 3u + 2u) - r.position_ws;
+    t.a = corner_ws(info, slot, triangle * 3u) - r.position_ws;
+    t.b = corner_ws(info, slot, triangle * 3u + 1u) - r.position_ws;
+    t.c = corner_ws(info, slot, triangle * 3u + 2u) - r.position_ws;
     vec3 e1 = t.b - t.a, e2 = t.c - t.a, n = cross(e1, e2);
     float area = max(length(n), 1e-30);
     t.normal = n / area;

@@ -1,5 +1,8 @@
 // What the view ray meets in a relief texture, written like geometry: view depth, normal, ids and depth.
 #include "common_impostor.glsl"
+#define INVERSE 0
+#define SPRITE 1
+#define PREWARPED 2
 in vec2 v_uv;
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
@@ -12,18 +15,26 @@ uniform float u_deepest;
 uniform float u_continuous;         // steps of a up to this are one surface
 uniform float u_fade;               // share of the pixels to draw, dithered
 uniform int u_fade_rest;            // 1: the other share
+uniform vec2 u_corner;              // plane coordinates of a pre-warped texture's first texel
 layout(location = 0) out float out_view_depth;
 layout(location = 1) out vec2 out_normal;
 layout(location = 2) out uvec2 out_ids;
 
 struct Hit { bool found; ivec2 cell; vec3 place; bool on_back; };
 
-#if SPRITE
+#if METHOD == SPRITE
 // The texture as it lies on the plane.
 Hit trace(vec2 uv) {
     ivec2 cell = ivec2(floor(uv));
     vec4 layers = layers_at(cell);
     return Hit(layers.x < EMPTY, cell, vec3(uv, front_at(layers, cell, uv)), false);
+}
+#elif METHOD == PREWARPED
+// A texture whose texels already lie where this eye sees them; the place in the captured texture follows from the relief found.
+Hit trace(vec2 uv) {
+    ivec2 cell = ivec2(floor(uv - u_corner));
+    vec4 layers = layers_at(cell);
+    return Hit(layers.x < EMPTY, cell, vec3(uv + ray_slope(uv) * layers.x, layers.x), false);
 }
 #else
 // Walks the texels under the ray one by one. In each, the solid is what lies between front and back; the ray enters it through the front,

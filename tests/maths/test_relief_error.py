@@ -28,8 +28,8 @@ def _relief_map(rng: np.random.Generator, perspective: bool, ortho_view: bool = 
     _, capture_camera = capture_of(rng, hull, perspective)
     frame = capture_frame(hull, capture_camera, IMAGE, CaptureChoice(perspective=perspective, max_texels=24))
     shape = (frame.height, frame.width)
-    depth = np.kron(rng.uniform(0, 1, (8, 8)), np.ones((4, 4)))[:shape[0], :shape[1]] * frame.depth_m
-    mask = np.kron(rng.uniform(0, 1, (8, 8)) < 0.8, np.ones((4, 4), bool))[:shape[0], :shape[1]]
+    depth = np.kron(rng.uniform(0, 1, (8, 8)), np.ones((4, 4)))[: shape[0], : shape[1]] * frame.depth_m
+    mask = np.kron(rng.uniform(0, 1, (8, 8)) < 0.8, np.ones((4, 4), bool))[: shape[0], : shape[1]]
     mask[1, 1] = True
     back = np.minimum(depth + 0.2 * frame.depth_m, frame.depth_m)
     return frame, depth, mask, back, random_eye(rng, hull, capture_camera, ortho_view)
@@ -117,7 +117,7 @@ def test_shear_and_folds_are_not_counted_by_the_corrected_forms():
     camera = ortho_at([0, -10, 0], [0, 0, 0])
     frame = capture_frame(corners([-1, -1, -1], [1, 1, 1]), camera, IMAGE)
     depth = np.zeros((frame.height, frame.width))
-    depth[:, frame.width // 2:] = 1.5
+    depth[:, frame.width // 2 :] = 1.5
     edges = relief_edges(frame, depth, np.ones(depth.shape, bool), depth)
     opens, folds, shears = (predict_one(edges, ortho_at(eye, [0, 0, 0]), IMAGE) for eye in ([4, -10, 0], [-4, -10, 0], [0, -10, 4]))
     assert opens["critical_px"] > 10.0
@@ -139,8 +139,12 @@ def test_an_edges_opening_is_the_area_between_its_two_warped_images(seed, perspe
     u, v, n_u, n_v, near, far, rest, sign = edges.edges[chosen].T
     middle, tangent = np.stack([u, v], axis=-1), np.stack([-n_v, n_u], axis=-1)
     apart = np.stack([n_u, n_v], axis=-1) * rest[:, None] / 2
-    strip = np.stack([project_texels(frame, camera, IMAGE, middle + side * tangent + end * apart, relief)
-                      for side, end, relief in ((-0.5, 1, far), (-0.5, -1, near), (0.5, -1, near), (0.5, 1, far))])
+    strip = np.stack(
+        [
+            project_texels(frame, camera, IMAGE, middle + side * tangent + end * apart, relief)
+            for side, end, relief in ((-0.5, 1, far), (-0.5, -1, near), (0.5, -1, near), (0.5, 1, far))
+        ]
+    )
     x, y = strip[..., 0] - strip[0, :, 0], strip[..., 1] - strip[0, :, 1]
     area = 0.5 * (x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum(axis=0)
     np.testing.assert_allclose(found, sign * np.maximum(0.0, area), rtol=0.05, atol=0.02 * np.abs(area).max())

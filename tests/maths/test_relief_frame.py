@@ -118,14 +118,17 @@ def test_a_flat_object_is_captured_from_the_front_and_edge_on():
         frame.camera()
 
 
-@pytest.mark.parametrize(("hull", "message"), [
-    (np.zeros((8, 3)), "single point"),
-    (np.full((8, 3), np.nan), "finite"),
-    (np.empty((0, 3)), "finite"),
-    (corners([-1, -14, -1], [1, -12, 1]), "behind the camera"),
-    (corners([-20, -20, -20], [20, 20, 20]), "around the camera"),
-    (corners([-1, -10.05, -1], [1, 5, 1]), "around the camera"),
-])
+@pytest.mark.parametrize(
+    ("hull", "message"),
+    [
+        (np.zeros((8, 3)), "single point"),
+        (np.full((8, 3), np.nan), "finite"),
+        (np.empty((0, 3)), "finite"),
+        (corners([-1, -14, -1], [1, -12, 1]), "behind the camera"),
+        (corners([-20, -20, -20], [20, 20, 20]), "around the camera"),
+        (corners([-1, -10.05, -1], [1, 5, 1]), "around the camera"),
+    ],
+)
 def test_an_object_that_cannot_be_captured_is_refused_with_the_reason(hull, message):
     with pytest.raises(SceneError, match=message):
         capture_frame(hull, look_at([0, -10, 0], [0, 0, 0]), IMAGE)

@@ -44,14 +44,17 @@ def test_a_new_impostor_is_captured_then_a_sprite_then_warped_then_renewed():
     assert stages == ["regenerated", "sprite", "warp", "warp", "regenerated", "sprite", "warp", "warp", "regenerated"]
 
 
-@pytest.mark.parametrize(("state", "sight"), [
-    (ImpostorState(0), _sight(capture_bytes=0)),
-    (_live(is_stale=True), _sight(capture_bytes=0)),
-    (_live(), _sight(predicted=inf, capture_bytes=0)),
-    (_live(), _sight(predicted=float("nan"), capture_bytes=0)),
-    (_live(), _sight(tilt_rad=0.8, capture_bytes=0)),
-    (_live(), _sight(predicted=2.0, betas=_betas(9.0), capture_bytes=0)),
-])
+@pytest.mark.parametrize(
+    ("state", "sight"),
+    [
+        (ImpostorState(0), _sight(capture_bytes=0)),
+        (_live(is_stale=True), _sight(capture_bytes=0)),
+        (_live(), _sight(predicted=inf, capture_bytes=0)),
+        (_live(), _sight(predicted=float("nan"), capture_bytes=0)),
+        (_live(), _sight(tilt_rad=0.8, capture_bytes=0)),
+        (_live(), _sight(predicted=2.0, betas=_betas(9.0), capture_bytes=0)),
+    ],
+)
 def test_what_would_be_wrong_and_cannot_be_captured_is_geometry(state, sight):
     action = _one(state, sight)
     assert (action.stage, action.regenerate) == ("geometry", False)
@@ -127,12 +130,24 @@ def test_a_capture_larger_than_the_memory_is_never_made():
 
 
 _SIGHTS = st.builds(
-    _sight, is_visible=st.booleans(), betas=st.builds(_betas, st.floats(0, 3), st.floats(0, 3), st.floats(0, 3)),
-    predicted=st.sampled_from([0.0, 0.5, 0.9, 1.2, 3.0, inf]), tilt_rad=st.floats(0, 1.2), covered_px=st.floats(0, 1e5),
-    capture_bytes=st.integers(0, 1200), impostor_cost=st.floats(0, 2), geometry_cost=st.floats(0, 2))
+    _sight,
+    is_visible=st.booleans(),
+    betas=st.builds(_betas, st.floats(0, 3), st.floats(0, 3), st.floats(0, 3)),
+    predicted=st.sampled_from([0.0, 0.5, 0.9, 1.2, 3.0, inf]),
+    tilt_rad=st.floats(0, 1.2),
+    covered_px=st.floats(0, 1e5),
+    capture_bytes=st.integers(0, 1200),
+    impostor_cost=st.floats(0, 2),
+    geometry_cost=st.floats(0, 2),
+)
 _STATES = st.builds(
     lambda captured, stale, stage, age, size: ImpostorState("k", captured, stale, stage, age, 0, size if captured else 0),
-    st.booleans(), st.booleans(), st.sampled_from(STAGES), st.integers(0, 9), st.integers(1, 900))
+    st.booleans(),
+    st.booleans(),
+    st.sampled_from(STAGES),
+    st.integers(0, 9),
+    st.integers(1, 900),
+)
 
 
 @given(st.lists(st.tuples(_STATES, _SIGHTS), max_size=12), st.integers(0, 4))
@@ -174,9 +189,23 @@ def test_every_predictor_has_a_limit():
     assert LifeSettings(predictor="critical").effective_limit == LIMITS["critical"]
 
 
-@pytest.mark.parametrize("wrong", [
-    {"predictor": "guess"}, {"approach": "x"}, {"limit": 0.0}, {"limit": float("nan")}, {"sprite_px": 0.0}, {"texel_px": float("inf")},
-    {"max_tilt_rad": 2.0}, {"hysteresis": 0.0}, {"waiting": 0.5}, {"regenerations": -1}, {"memory_bytes": 0}, {"fade_frames": -1}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"predictor": "guess"},
+        {"approach": "x"},
+        {"limit": 0.0},
+        {"limit": float("nan")},
+        {"sprite_px": 0.0},
+        {"texel_px": float("inf")},
+        {"max_tilt_rad": 2.0},
+        {"hysteresis": 0.0},
+        {"waiting": 0.5},
+        {"regenerations": -1},
+        {"memory_bytes": 0},
+        {"fade_frames": -1},
+    ],
+)
 def test_settings_outside_their_domain_are_refused(wrong):
     with pytest.raises(SettingsError):
         LifeSettings(**wrong)
