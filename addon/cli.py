@@ -40,6 +40,8 @@ def main(argv: list[str]) -> int:
     if args.command == "bench" and not args.inputs and args.deck is None:
         args.deck = BENCH_TRIANGLES
     if not args.inputs and args.deck is None:
+        args.deck = args.example
+    if not args.inputs and args.deck is None:
         print(
             f"cad_shadow {args.command}: no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000",
             file=sys.stderr,

@@ -156,6 +156,7 @@ def add_inputs(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--deck", type=int, metavar="TRIANGLES", help="draw the example too: a procedural oil-platform deck of about so many triangles"
     )
+    group.add_argument("--example", type=int, metavar="TRIANGLES", help="the same, but only when no INPUT is named")
     group.add_argument("--units", metavar="UNIT", help="unit of CAD files that do not say or say wrong: mm, cm, m, in, ft, …")
     group.add_argument("--up-axis", metavar="AXIS", help="axis that points up in CAD files: X, Y, Z, -X, -Y, -Z")
     group.add_argument(

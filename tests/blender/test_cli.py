@@ -286,6 +286,14 @@ def test_two_inputs_of_one_stem_do_not_overwrite_each_other(main, cube_obj, tmp_
     assert {"box_obj_combined.png", "box_stl_combined.png"} <= {p.name for p in (tmp_path / "out").iterdir()}
 
 
+def test_the_example_is_drawn_only_when_nothing_is_named(main, cube_obj, tmp_path):
+    common = ("--example", "10000", "-o", str(tmp_path / "out"), "--quiet", *SMALL)
+    assert main(["preview", str(cube_obj), *common]) == 0
+    assert not list((tmp_path / "out").glob("deck*"))
+    assert main(["preview", *common]) == 0
+    assert (tmp_path / "out" / "deck_10000_combined.png").exists()
+
+
 def test_theory_prints_the_contracts_object(main, capfd):
     assert main(["theory", "--near", "1", "--far", "1000", "--warp", "uniform", "--partition", "none", "--curve", "z", "--json"]) == 0
     result = json.loads(capfd.readouterr().out)
