@@ -1,0 +1,118 @@
+"""The combinations that can be advised, what the theory says of each, and their neighbours. Sources: T4 §4.2–4.3 through `maths.theory`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from math import inf, log, pi
+
+from ..maths.choices import FITS, WARPS, PartitionChoice
+from ..maths.errors import max_beam_error_z, max_error_x, side_face_maxima
+from ..maths.warped_map import WarpedMap, partition_maps
+from ..pipeline.settings import Settings
+
+COUNTS = {
+    "z-log": (2, 3, 4, 6, 8),
+    "z-adaptive": (2, 3, 4, 6, 8),
+    "z-pssm": (2, 3, 4, 6),
+    "z-linear": (2, 4),
+    "z-pseudo-near": (2, 3, 4),
+    "faces-z": (2, 3),
+}
+ALPHAS, WEIGHTS = (2.0, 3.0, 4.0), (0.25, 0.5, 0.75, 0.9)
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """One combination. `alpha` and `split_weight` matter to 'z-adaptive' and 'z-pssm' only."""
+
+    warp: str
+    partition: str
+    count: int
+    fit: str
+    alpha: tuple[float, ...] = (3.0,)
+    split_weight: float = 0.5
+
+    def settings(self, base: Settings, size: int) -> Settings:
+        """`base` with this combination and maps of `size` texels per side; a warp set by hand is given up."""
+        return base.replaced(
+            warp={"kind": self.warp, "eta": None, "parameter": None},
+            partition={"kind": self.partition, "count": self.count, "alpha": self.alpha, "split_weight": self.split_weight},
+            fit={"kind": self.fit, "size": size, "margin_texels": min(base.fit.margin_texels, size / 8)},
+        )
+
+    @property
+    def options(self) -> dict[str, object]:
+        """By the names of `options.OPTIONS`, only what has an effect."""
+        named = {"warp": self.warp, "partition": self.partition, "fit": self.fit}
+        if self.partition not in ("none", "faces"):
+            named["partitions"] = self.count
+        if self.partition == "z-adaptive" and self.count > 1:
+            named["alpha"] = self.alpha
+        if self.partition == "z-pssm":
+            named["split_weight"] = self.split_weight
+        return named
+
+
+def candidate_of(settings: Settings) -> Candidate:
+    """The combination that `settings` hold (a warp set by hand counts as its kind)."""
+    p = settings.partition
+    return Candidate(settings.warp.kind, p.kind, p.z_count, settings.fit.kind, p.alpha, p.split_weight)
+
+
+def all_candidates(base: Settings, orthographic: bool, light_kind: str) -> list[Candidate]:
+    """Every sensible combination with `base`'s α and λ.
+
+    An orthographic camera sees every depth alike: no warp, slices of equal depth. Log warps and faces need a sun, and a point light's
+    six maps are not divided further.
+    """
+    alpha, weight = base.partition.alpha, base.partition.split_weight
+    warps = ("uniform",) if orthographic else WARPS if light_kind == "sun" else tuple(w for w in WARPS if w not in ("log", "logpsm"))
+    kinds = [("none", 1)]
+    if light_kind != "point":
+        counts = {"z-linear": COUNTS["z-linear"]} if orthographic else COUNTS
+        kinds += [(kind, k) for kind, ks in counts.items() for k in ks if light_kind == "sun" or kind != "faces-z"]
+    if light_kind == "sun" and not orthographic:
+        kinds.append(("faces", 1))
+    return [Candidate(w, kind, k, fit, alpha, weight) for fit in FITS for kind, k in kinds for w in warps]
+
+
+def predicted(candidate: Candidate, base: Settings, view: tuple[float, float, float, float], maps: int) -> float:
+    """The theory's largest m_x m_z for one texel of the whole budget, log: ln(maps · max S_i) at (near, far, φ, γ); ∞ where it knows none.
+
+    m_z is that of the beam, as an image shows it. The budget is shared evenly, so a map has 1/`maps` of it.
+    """
+    near, far, phi, gamma = view
+    s = candidate.settings(base, 1024)
+    rows = partition_maps(near, far, phi, min(max(gamma, 1e-3), pi / 2.0), s.warp, s.partition)
+    largest = max(_storage_factor(m, s.partition) for m in rows)
+    return log(maps * largest) if largest < inf else inf
+
+
+def _storage_factor(m: WarpedMap, partition: PartitionChoice) -> float:
+    m_x, m_z = side_face_maxima(m) if partition.uses_faces else (max_error_x(m), max_beam_error_z(m))
+    return m_x * m_z
+
+
+def pruned(ranked: Iterable[Candidate], keep: int) -> list[Candidate]:
+    """Of candidates ranked by the theory: the first `keep`, and the best of every warp and of every partition, in that order."""
+    ranked = list(ranked)
+    chosen = dict.fromkeys(ranked[:keep])
+    for key in ("warp", "partition"):
+        best: dict[str, Candidate] = {}
+        for candidate in ranked:
+            best.setdefault(getattr(candidate, key), candidate)
+        chosen |= dict.fromkeys(best.values())
+    return list(chosen)
+
+
+def neighbours(candidate: Candidate) -> list[Candidate]:
+    """What differs in one thing: a partition more or less, another α or λ, another warp."""
+    found = []
+    if candidate.partition not in ("none", "faces"):
+        found += [replace(candidate, count=k) for k in (candidate.count - 1, candidate.count + 1) if 1 < k <= 8]
+    if candidate.partition == "z-adaptive":
+        found += [replace(candidate, alpha=(a,)) for a in ALPHAS]
+    if candidate.partition == "z-pssm":
+        found += [replace(candidate, split_weight=w) for w in WEIGHTS]
+    return [c for c in found if c != candidate]

@@ -1,0 +1,124 @@
+"""One frame as the advice sees it: its visible points that face the light, from a small picture, and their errors under any combination.
+
+m is computed from exact Jacobians (`maths.measure`, the oracle of the shader) at the points, in pixels of the full picture: the same
+numbers as the `aliasing` pass gives there, without drawing the maps. Surfaces turned from the light are dark whatever the map holds, so
+they do not count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import SceneError
+from ..job import Job, run
+from ..maths.errors import aliasing_statistics
+from ..maths.fit import plan_shadows
+from ..maths.lookup import towards_light
+from ..maths.measure import aliasing
+from ..maths.projection import ShadowPlan
+from ..pipeline.settings import Settings
+
+PICTURE_PIXELS = 16_000
+POINTS = 6_000
+FACING = 0.02  # least cosine between surface and light
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A frame to be advised for: its `job` (full size, current settings) and its number in the animation."""
+
+    job: Job
+    frame: int = 0
+
+    @property
+    def _small(self) -> tuple[int, int]:
+        """The size of the picture that is read."""
+        return small_size(self.job.size)
+
+    @cached_property
+    def _surface(self) -> tuple[np.ndarray, np.ndarray]:
+        """(P, 3) points and (P, 3) normals of all pixels of a small picture that show a surface."""
+        job = self.job
+        passes = run(
+            replace(job, size=self._small, light=None, settings=_quick(job.settings), passes=("depth", "normal"), measure=False)
+        ).frame.passes
+        seen, points = _seen(passes["depth"], job)
+        return points, passes["normal"][::-1][seen]
+
+    @cached_property
+    def points(self) -> tuple[np.ndarray, np.ndarray]:
+        """(Q, 3) points and normals, float64, Q ≤ `POINTS`, of the surface that faces the light, evenly picked."""
+        points, normals = (a.astype(np.float64) for a in self._surface)
+        facing = np.flatnonzero((normals * towards_light(self.job.light, points)).sum(axis=1) > FACING)
+        if not len(facing):
+            raise SceneError(f"The light reaches nothing that is in view{self._where}: turn the light or the camera.")
+        picked = facing[:: -(-len(facing) // POINTS)]
+        return points[picked], normals[picked]
+
+    @property
+    def _where(self) -> str:
+        return f" in frame {self.frame}" if self.frame else ""
+
+    def plan(self, settings: Settings) -> ShadowPlan:
+        """The shadow maps of these settings for this frame, as fitted to the full picture: half a pixel is that of the picture read."""
+        job = self.job
+        return plan_shadows(
+            job.camera,
+            job.light,
+            settings.warp,
+            settings.partition,
+            settings.fit,
+            receivers_ws=self._surface[0],
+            scene_bounds_ws=job.scene.bounds_ws(),
+            caster_bounds_ws=job.scene.instance_bounds_ws(),
+            image_size=self._small,
+        )
+
+    def errors(self, settings: Settings) -> np.ndarray:
+        """(Q, 3) total m, m_x, m_z of the points under these settings."""
+        job = self.job
+        return aliasing(job.camera, job.light, self.plan(settings), *self.points, job.size, settings.fit.size)
+
+    @cached_property
+    def view(self) -> tuple[float, float, float, float]:
+        """(near, far, φ, γ) of what is really seen: what the theory is asked about."""
+        camera = self.job.camera
+        depth = (self.points[0] - camera.eye_ws) @ camera.direction_ws
+        near = max(float(np.quantile(depth, 0.01)), camera.near)
+        far = max(float(np.quantile(depth, 0.99)), 1.01 * near)
+        return near, far, camera.half_fov_rad, self.plan(self.job.settings).gamma_rad
+
+    def rendered(self, settings: Settings) -> dict[str, object]:
+        """Statistics of a real picture under these settings at full size, of the same kind of pixels, and its time in milliseconds."""
+        job = replace(self.job, settings=_quick(settings), passes=("depth", "normal", "aliasing"), measure=False)
+        frame = run(job).frame
+        seen, points = _seen(frame.passes["depth"], job)
+        facing = (frame.passes["normal"][::-1][seen] * towards_light(job.light, points)).sum(axis=1) > FACING
+        return {**statistics(frame.passes["aliasing"][::-1][seen][facing]), "frame": self.frame, "total_ms": frame.timing_ms["total"]}
+
+
+def small_size(size: tuple[int, int]) -> tuple[int, int]:
+    """The size of about `PICTURE_PIXELS` pixels with the shape of `size`; never larger."""
+    scale = max(1.0, (size[0] * size[1] / PICTURE_PIXELS) ** 0.5)
+    return max(round(size[0] / scale), 1), max(round(size[1] / scale), 1)
+
+
+def _quick(settings: Settings) -> Settings:
+    """One camera sample per pixel: the data passes have no more."""
+    return settings.replaced(shading={"samples": 1})
+
+
+def _seen(depth: np.ndarray, job: Job) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w) where there is a surface, rows from the bottom up, and its (P, 3) points."""
+    from ..pipeline.gbuffer_pass import surface_points_ws  # loads OpenGL
+
+    seen = np.isfinite(depth[::-1])
+    return seen, surface_points_ws(np.where(seen, depth[::-1], np.float32(0.0)), job.camera)
+
+
+def statistics(errors: np.ndarray) -> dict[str, object]:
+    """The report's `measured` keys of (Q, 3) errors."""
+    return aliasing_statistics(errors[:, 0], errors[:, 1], errors[:, 2])
