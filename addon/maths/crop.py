@@ -66,12 +66,17 @@ class Cropped:
     centre: tuple[float, float]
 
 
-def crop(space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, fit: FitChoice, round_share: float) -> Cropped:
-    """The map of `receivers`: s, t ∈ [−1, 1] on all of them, with `fit`'s margin; depth from the nearest caster above down to them."""
+def crop(space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, fit: FitChoice, round_share: float,
+         least: float = 0.0) -> Cropped:
+    """The map of `receivers`: s, t ∈ [−1, 1] on all of them, with `fit`'s margin; depth from the nearest caster above down to them.
+
+    `least` is the least side of the map in light space, at its far edge.
+    """
     s, t = _bounds(space, warp, receivers, round_share)
     floor = LEAST_SHAPE * max(s[1] - s[0], t[1] - t[0], 1e-6)
     grow = 1.0 / (1.0 - 2.0 * fit.margin_texels / fit.size)
-    s = _widened(s, grow, floor)
+    t = t[0], max(t[1], _advanced(warp, t[0], least))
+    s = _widened(s, grow, max(floor, least if warp.log is False else least / warp.w_at(t[1])))
     t, log_step = _t_edges(warp, t, grow, floor)
     w_ends = warp.w_at(t[0]), warp.w_at(t[1])
     x_ends = [space.apex_x + edge * w for edge in s for w in (w_ends if warp.log is not False else (1.0, 1.0))]
@@ -135,6 +140,12 @@ def _rounded(edge: tuple[float, float], centre: float, radius: float, share: flo
     wanted = max(length, 1e-3 * full) ** (1.0 - share) * full**share
     u = min(1.0, max(0.0, (wanted - length) / (full - length)))
     return edge[0] + u * (lo - edge[0]), edge[1] + u * (hi - edge[1])
+
+
+def _advanced(warp: Warp, t: float, length: float) -> float:
+    """T of the point `length` further along z than T = t."""
+    along = t * warp.w_at(t) + length
+    return along / (1.0 + warp.kappa * along)
 
 
 def _widened(edge: tuple[float, float], grow: float, floor: float) -> tuple[float, float]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from .choices import FitChoice, PartitionChoice, WarpChoice
 from .crop import Casters, Receivers, Warp, crop
+from .faces import LEAST_SIZE, face_parameter, face_spaces
 from .frusta import Body, box_corners, box_planes, depth_planes, frustum_corners, hexahedron
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
@@ -22,7 +23,7 @@ from .projection import ShadowPlan, ShadowProjection
 from .spaces import translation
 from .strength import Range, steady_strength
 from .view import Camera, Light
-from .warps import eta_from_parameter, gamma_lim_rad, warp_depth
+from .warps import eta_from_parameter, gamma_lim_rad, warp_depth, warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
 THINNEST = 1e-3       # least (f−n)/n of a range that is divided
@@ -72,12 +73,14 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
         raise ValueError("The 'samples' fit needs receivers_ws, the points of the visible surface.")
     sight = _sight(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
     near, far = sight.depth_range or (camera.near, camera.far)
-    spaces = list(_spaces(camera, light, fit, scene_bounds_ws))
+    spaces = list(_spaces(camera, light, partition, fit, scene_bounds_ws))
     choice = partition if light.kind != "point" else PartitionChoice(kind="none")
-    splits = split_distances(choice, near, far, spaces[0].gamma_rad, camera.is_orthographic)
-    projections = tuple(p for face, space in enumerate(spaces) for p in _maps(sight, space, splits, face if len(spaces) > 1 else -1))
+    first = spaces[0][1]
+    splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
+    projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
-    return ShadowPlan(projections, spaces[0].gamma_rad, gamma_lim, _light_from_world(spaces[0], camera), _warnings(light, warp))
+    first = sun_space(light, camera) if light.kind == "sun" else first
+    return ShadowPlan(projections, first.gamma_rad, gamma_lim, _light_from_world(first, camera), _warnings(camera, light, warp, partition))
 
 
 def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarray | None, scene_bounds: np.ndarray, casters: np.ndarray,
@@ -98,21 +101,27 @@ def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarr
     return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
 
 
-def _spaces(camera: Camera, light: Light, fit: FitChoice, scene_bounds: np.ndarray) -> Iterator[LightSpace]:
-    """One light space, or six for a point light (the faces of a cube along the world's axes)."""
+def _spaces(camera: Camera, light: Light, partition: PartitionChoice, fit: FitChoice,
+            scene_bounds: np.ndarray) -> Iterator[tuple[int, LightSpace]]:
+    """(face, light space): one, six for the frustum's faces, or six for a point light (a cube along the world's axes)."""
     if light.kind == "sun":
-        yield sun_space(light, camera)
+        yield from face_spaces(camera, light) if _has_faces(camera, light, partition) else [(-1, sun_space(light, camera))]
         return
     position = np.asarray(light.position_ws, np.float64) - camera.eye_ws
     corners = frustum_corners(camera, camera.near, camera.far) if fit.kind == "frustum" else box_corners(scene_bounds) - camera.eye_ws
     reach = float(np.linalg.norm(corners - position, axis=1).max())
     if light.kind == "spot":
-        yield cone_space(position, -np.asarray(light.direction_ws, np.float64), light.cone_rad, reach, camera)
+        yield -1, cone_space(position, -np.asarray(light.direction_ws, np.float64), light.cone_rad, reach, camera)
         return
     axes = np.eye(3)
-    for axis in range(3):
-        for sign in (1.0, -1.0):
-            yield cone_space(position, sign * axes[axis], pi / 4.0, reach, camera, axes[[(axis + 1) % 3, (axis + 2) % 3]])
+    for face in range(6):
+        axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
+        yield face, cone_space(position, sign * axes[axis], pi / 4.0, reach, camera, axes[[(axis + 1) % 3, (axis + 2) % 3]])
+
+
+def _has_faces(camera: Camera, light: Light, partition: PartitionChoice) -> bool:
+    """Whether the view frustum's faces get maps: they fan out from an eye, and share the light's direction."""
+    return partition.uses_faces and light.kind == "sun" and not camera.is_orthographic
 
 
 def _light_from_world(space: LightSpace, camera: Camera) -> np.ndarray:
@@ -120,11 +129,14 @@ def _light_from_world(space: LightSpace, camera: Camera) -> np.ndarray:
     return space.from_eye if space.position is None else space.from_eye @ translation(-camera.eye_ws)
 
 
-def _warnings(light: Light, warp: WarpChoice) -> tuple[str, ...]:
+def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: PartitionChoice) -> tuple[str, ...]:
     """What the plan could not do as asked."""
+    out = []
     if light.kind != "sun" and warp.is_logarithmic:
-        return (f"The '{warp.kind}' warp needs a sun: the {light.kind} light has the perspective warp of the same n'.",)
-    return ()
+        out.append(f"The '{warp.kind}' warp needs a sun: the {light.kind} light has the perspective warp of the same n'.")
+    if partition.uses_faces and not _has_faces(camera, light, partition):
+        out.append(f"The '{partition.kind}' partition needs a sun and a perspective camera: the view is divided in depth only.")
+    return tuple(out)
 
 
 def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int) -> Iterator[ShadowProjection]:
@@ -138,14 +150,14 @@ def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int) -> Ite
         projection = _one_map(sight, space, receivers, casters, fitted)
         slack = 1e-5 * (splits[-1] - splits[0])
         yield ShadowProjection(**projection, near=near - slack * (i == 0), far=far + slack * (i + 1 == count), face=face,
-                               region_planes_ws=_region(space, sight.camera, face))
+                               region_planes_ws=_region(space, sight.camera))
 
 
-def _region(space: LightSpace, camera: Camera, face: int) -> np.ndarray:
-    """The planes that select this map: the sides of a cube's face; none for a sun or a spot (the shader knows the cone)."""
-    if face < 0 or space.planes is None:
+def _region(space: LightSpace, camera: Camera) -> np.ndarray:
+    """The planes that select this map, moved from the eye to the world (a spot has none: the shader knows the cone)."""
+    if space.select is None:
         return np.empty((0, 4))
-    planes = space.planes[:4].copy()
+    planes = space.select.copy()
     planes[:, 3] -= planes[:, :3] @ camera.eye_ws
     return planes
 
@@ -212,18 +224,21 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
              fitted: tuple[float, float]) -> dict[str, object]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths, crop to the receivers."""
     near, far = fitted
-    slab = _cut(hexahedron(frustum_corners(sight.camera, near, far)), space).vertices
-    if not len(slab):
-        slab = _reach_of(space)
-    hull = space.points(slab)
+    hull = _hull(sight, space, near, far)
     lit = receivers if receivers is not None else Receivers(hull.T)
     z = np.concatenate([hull[:, 2], [lit.rows[2].min(), lit.rows[2].max()]]) if space.position is not None else hull[:, 2]
     start, depth = float(z.min()), max(float(np.ptp(z)), 1e-9)
     round_share = _round_share(sight, space, near, far)
-    strength, depth_m = _strength(sight, space, near, far, depth)
+    least = 0.0
+    if space.rise is None:
+        strength, depth_m = _strength(sight, space, near, far, depth)
+    else:
+        least = LEAST_SIZE * float(np.ptp(frustum_corners(sight.camera, near, far), axis=0).max())
+        across = warp_parameter(sight.warp, near, far, sight.camera.half_fov_rad, 0.5 * pi)
+        strength, depth_m = log1p(depth / face_parameter(across, hull, (near, far), space.rise, least)), depth
     log = sight.warp.kind == "logpsm" if sight.warp.is_logarithmic and space.position is None else None
     warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log)
-    cropped = crop(space, warp, lit, casters, sight.fit, round_share)
+    cropped = crop(space, warp, lit, casters, sight.fit, round_share, least)
     parameter = depth_m / (warp.kappa * depth) if warp.kappa else inf
     eta = eta_from_parameter(parameter, near, far, depth_m) if near > 0.0 else -1.0
     return {"clip_from_world": cropped.clip_from_eye @ translation(-sight.camera.eye_ws), "log": cropped.log, "warp_parameter": parameter,
@@ -231,8 +246,19 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
             "is_empty": receivers is None, "fitted_range": (near, far)}
 
 
+def _hull(sight: Sight, space: LightSpace, near: float, far: float) -> np.ndarray:
+    """(V, 3) light space: the slab of the view frustum that the map is responsible for; where there is none, a harmless body."""
+    slab = hexahedron(frustum_corners(sight.camera, near, far))
+    own = _cut(slab, space).vertices
+    if len(own):
+        return space.points(own)
+    return space.points(slab.vertices if space.position is None else _reach_of(space))
+
+
 def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> float:
     """`roundness` of this map; a view with parallel rays has no γ_lim, its rectangle turns about the axis all the same."""
+    if space.rise is not None:
+        return 0.0  # a face's axis does not depend on the view direction
     phi = sight.camera.half_fov_rad
     return roundness(space.gamma_rad, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf)
 

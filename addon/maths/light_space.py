@@ -29,8 +29,9 @@ class LightSpace:
 
     `from_eye` (4, 4): rows X, Y, Z, R of the module's text. `apex_x` the x of the view axis, on which the warp is centred. `gamma_rad` γ
     where the map looks, `ray` (3,) the light's travel there; `travel_ws` (3,) its axis. `upright` the angle of camera right in (x, z).
-    For a finite light: `position` (3,) relative to the eye, `planes` (6, 4) inward planes of the pyramid it serves (sides, near, far),
-    `slope` the tangent of the pyramid's half angle, `least` the distance of its near plane.
+    `planes` (P, 4) inward planes of what the map is fitted to, `select` those that choose its receivers (None: no such planes).
+    For a finite light: `position` (3,) relative to the eye, `planes` the pyramid it serves (four sides, near, far), `slope` the tangent of
+    the pyramid's half angle, `least` the distance of its near plane. For a face of the view frustum `rise` as in `faces.py`.
     """
 
     from_eye: np.ndarray
@@ -43,6 +44,8 @@ class LightSpace:
     planes: np.ndarray | None = None
     slope: float = 0.0
     least: float = 0.0
+    select: np.ndarray | None = None
+    rise: float | None = None
 
     def points(self, relative: np.ndarray) -> np.ndarray:
         """(…, 3) points relative to the eye → (…, 3) light space (divided)."""
@@ -86,8 +89,9 @@ def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, 
     from_eye[[0, 2, 3], 3] = -from_eye[[0, 2, 3], :3] @ position
     from_eye[1, 3] = 1.0
     apex_x = float(axes[0] @ q) / depth
+    select = None if pyramid is None else planes
     planes = np.concatenate([planes, caps])
-    return LightSpace(from_eye, apex_x, gamma_rad(ray, view), travel, ray, _upright(axes, camera), position, planes, slope, least)
+    return LightSpace(from_eye, apex_x, gamma_rad(ray, view), travel, ray, _upright(axes, camera), position, planes, slope, least, select)
 
 
 def round_core(gamma_lim: float) -> float:
