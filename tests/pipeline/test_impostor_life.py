@@ -1,0 +1,146 @@
+"""Impostors through the renderer: along paths, under changes of the scene, and in the pictures they stand in."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from addon.maths.relief_life import LifeSettings
+from addon.pipeline.device import device_of
+from addon.pipeline.impostor_life import ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.settings import Settings
+from tests import scenes
+from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
+
+SUN = scenes.sun(50.0)
+FLOOR = scenes.floor(3.0)
+SCENE = scenes.scene_of(*PARTS, FLOOR)
+ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), never_dearer=False)
+CHEAP = Settings().replaced(fit={"kind": "scene", "size": 256}, partition={"kind": "none"})
+
+
+@pytest.fixture
+def film(renderer):
+    """Renders frames with impostors; the library is emptied before and after."""
+
+    def empty():
+        renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
+
+    def shot(camera, choice=ALL, scene=SCENE, passes=("combined", "object", "depth"), light=SUN):
+        return renderer.render(scene, camera, light, CHEAP, SIZE, passes, measure=False, impostors=choice)
+
+    empty()
+    yield shot
+    empty()
+
+
+def psnr(a, b):
+    return -10.0 * np.log10(max(np.mean((a[..., :3] - b[..., :3]) ** 2), 1e-12))
+
+
+def test_a_slow_orbit_is_captured_warped_and_renewed_and_always_close_to_the_geometry(film, renderer):
+    stages, quality = [], []
+    for angle in np.arange(0.0, 1.3, 0.1):
+        frame = film(orbit(angle))
+        stages.append(frame.impostors[0].stage)
+        quality.append(psnr(frame.passes["combined"], film(orbit(angle), choice=None).passes["combined"]))
+        assert frame.geometry["triangles_saved"] == sum(len(m.triangles) for m in SCENE.meshes[:3])
+    assert stages[0] == "regenerated"
+    assert stages[1] in ("sprite", "warp")
+    assert 1 <= stages[1:].count("regenerated") <= 6
+    assert "geometry" not in stages
+    assert min(quality) > 22.0
+    assert np.median(quality) > 26.0
+
+
+def test_the_floor_before_and_behind_impostors_and_their_shadows_stay(film):
+    camera = orbit(0.3)
+    frame, truth = film(camera), film(camera, choice=None)
+    assert np.mean(frame.passes["object"] == truth.passes["object"]) > 0.985
+    same = frame.passes["object"] == truth.passes["object"]
+    assert np.mean(np.abs(frame.passes["combined"] - truth.passes["combined"])[same].max(axis=-1) < 0.02) > 0.98
+
+
+def test_a_still_camera_shows_a_sprite_and_captures_once(film):
+    reports = [film(orbit(0.3)).impostors[0] for _ in range(4)]
+    assert [r.stage for r in reports] == ["regenerated", "sprite", "sprite", "sprite"]
+    assert [r.age for r in reports] == [0, 1, 2, 3]
+    assert reports[-1].betas.total <= reports[-1].betas.screen
+    assert reports[-1].errors["edge_fast_px"] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("change", ["moved", "mesh"])
+def test_a_changed_object_is_captured_anew_at_once_and_another_objects_change_is_not(film, change):
+    matrices = [np.eye(4) for _ in range(4)]
+    film(orbit(0.3))
+    other = [m.copy() for m in matrices]
+    other[3][2, 3] = -0.1
+    assert film(orbit(0.3), scene=scenes.scene_of(*PARTS, FLOOR, matrices=other)).impostors[0].stage == "sprite"
+    if change == "moved":
+        matrices[1][0, 3] = 0.2
+        changed = scenes.scene_of(*PARTS, FLOOR, matrices=matrices)
+    else:
+        changed = scenes.scene_of(scenes.box((-0.6, -0.5, 0.0), (0.1, 0.3, 0.6)), *PARTS[1:], FLOOR)
+    frame = film(orbit(0.3), scene=changed)
+    assert frame.impostors[0].stage == "regenerated"
+    truth = film(orbit(0.3), scene=changed, choice=None)
+    assert np.mean(frame.passes["object"] == truth.passes["object"]) > 0.985
+
+
+def test_without_room_for_a_capture_or_from_among_the_objects_the_geometry_is_drawn(film):
+    tight = replace(ALL, life=LifeSettings(memory_bytes=1000))
+    frame, truth = film(orbit(0.3), tight), film(orbit(0.3), choice=None)
+    assert frame.impostors[0].stage == "geometry"
+    assert frame.impostors[0].bytes == 0
+    np.testing.assert_array_equal(frame.passes["combined"], truth.passes["combined"])
+    inside = scenes.look_at((0.25, 0.0, 0.55), (0.3, -0.3, 0.6), near=0.01, far=30.0)
+    assert film(inside).impostors[0].stage == "geometry"
+
+
+def test_cheap_geometry_is_never_replaced(film):
+    thrifty = replace(ALL, never_dearer=True)
+    assert film(orbit(0.3), thrifty).impostors[0].reason == "the geometry is cheaper"
+    assert film(orbit(0.3), replace(thrifty, triangle_ns=1e6)).impostors[0].stage == "regenerated"
+
+
+def test_a_deleted_object_a_hidden_one_and_one_out_of_view_draw_nothing_and_do_not_fail(film):
+    gone = replace(ALL, groups=(ImpostorGroup("gone", (77,)), *ALL.groups))
+    frame = film(orbit(0.3), gone)
+    assert [r.stage for r in frame.impostors] == ["hidden", "regenerated"]
+    away = film(scenes.look_at((0, -5, 0.5), (0, -9, 0.5), near=0.1, far=30.0), gone)
+    assert [r.stage for r in away.impostors] == ["hidden", "hidden"]
+
+
+def test_manual_impostors_are_renewed_only_when_asked_and_never_shown_wrong(film):
+    manual = replace(ALL, mode="manual")
+    assert film(orbit(0.0), manual).impostors[0].stage == "regenerated"
+    assert film(orbit(0.5), manual).impostors[0].stage == "warp"
+    assert film(orbit(1.4), manual).impostors[0].stage == "geometry"
+    assert film(orbit(1.4), replace(manual, regenerate=frozenset({"parts"}))).impostors[0].stage == "regenerated"
+
+
+def test_impostors_nobody_asks_for_any_more_give_their_memory_back(film, renderer):
+    film(orbit(0.3))
+
+    def held(context):
+        return library_of(device_of(context, renderer.worker)).textures("parts")
+
+    assert renderer.worker.call(held) is not None
+    film(orbit(0.3), replace(ALL, groups=()))
+    assert renderer.worker.call(held) is None
+
+
+@pytest.mark.parametrize("method", ["inverse", "forward"])
+def test_both_warps_can_be_chosen(film, method):
+    choice = replace(ALL, method=method)
+    film(orbit(0.3), choice)
+    frame, truth = film(orbit(0.45), choice), film(orbit(0.45), choice=None)
+    assert frame.impostors[0].stage == "warp"
+    assert psnr(frame.passes["combined"], truth.passes["combined"]) > 20.0
+
+
+def test_orthographic_cameras_have_impostors_too(film):
+    film(orbit(0.3, ortho_height=2.2))
+    frame, truth = film(orbit(0.4, ortho_height=2.2)), film(orbit(0.4, ortho_height=2.2), choice=None)
+    assert frame.impostors[0].stage == "warp"
+    assert np.mean(frame.passes["object"] == truth.passes["object"]) > 0.97
