@@ -1,7 +1,7 @@
 """CAD files to `CadModel`: parts, shared meshes, colours, units. No bpy; the one place where CAD files are opened.
 
-Readers: trimesh's loaders for glTF, STL, PLY, OFF; cascadio for STEP; our own for OBJ (see there) and 3MF (trimesh's needs lxml and
-networkx).
+Readers: trimesh's loaders for glTF, STL, PLY; cascadio for STEP; our own for OBJ and OFF (each says why) and 3MF (trimesh's needs lxml
+and networkx).
 Everything is parsed before this returns, so a caller that fails here has not touched the user's scene.
 """
 
@@ -16,6 +16,7 @@ from ..errors import CadFileError
 from .assemble import assemble
 from .gltf import read_gltf
 from .obj import read_obj
+from .off import read_off
 from .raw import RawFile
 from .single import read_single
 from .sniff import SUFFIXES, checked_path
@@ -30,7 +31,7 @@ READERS: dict[str, Callable[[Path], RawFile]] = {
     ".gltf": read_gltf,
     ".stl": read_single,
     ".ply": read_single,
-    ".off": read_single,
+    ".off": read_off,
     ".obj": read_obj,
     ".3mf": read_3mf,
     ".step": read_step,

@@ -23,7 +23,7 @@ def base_color(material: bpy.types.Material | None) -> Color:
 
 
 def _shader(material: bpy.types.Material) -> bpy.types.Node | None:
-    if not material.use_nodes or material.node_tree is None:
+    if material.node_tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
         return None
     output = material.node_tree.get_output_node("ALL")
     surface = output.inputs.get("Surface") if output is not None else None

@@ -11,6 +11,16 @@ import numpy as np
 from ..pipeline.mesh_pieces import RawMesh
 
 
+def read_object(ob: bpy.types.Object) -> RawMesh | None:
+    """The arrays of an evaluated mesh object; None when it has no face. In edit mode Blender makes them on demand."""
+    if ob.mode != "EDIT":
+        return read_mesh(ob.data)
+    try:
+        return read_mesh(ob.to_mesh())
+    finally:
+        ob.to_mesh_clear()
+
+
 def read_mesh(mesh: bpy.types.Mesh) -> RawMesh | None:
     """The arrays of an evaluated mesh; None when it has no face.
 
@@ -27,11 +37,20 @@ def read_mesh(mesh: bpy.types.Mesh) -> RawMesh | None:
     loops, face = _triangulation(mesh, corners, faces)
     slots = _slots(mesh, face)
     normals = None
-    if mesh.has_custom_normals or mesh.normals_domain == "CORNER":
+    if mesh.has_custom_normals or mesh.normals_domain == "CORNER" or _has_sharp_edges(mesh):
         normals = np.empty((corners, 3), dtype=np.float32)
         mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
         normals = normals.reshape(-1, 3, 3) if loops is None else normals[loops]
     return RawMesh(positions, vertex.reshape(-1, 3) if loops is None else vertex[loops], slots, normals)
+
+
+def _has_sharp_edges(mesh: bpy.types.Mesh) -> bool:
+    attribute = mesh.attributes.get("sharp_edge")
+    if attribute is None or attribute.domain != "EDGE" or attribute.data_type != "BOOLEAN":
+        return False
+    sharp = np.empty(len(mesh.edges), dtype=bool)
+    attribute.data.foreach_get("value", sharp)
+    return bool(sharp.any())
 
 
 def _triangulation(mesh: bpy.types.Mesh, corners: int, faces: int) -> tuple[np.ndarray | None, np.ndarray | None]:

@@ -22,7 +22,7 @@ from ..pipeline.mesh_prep import DEFAULT_CREASE_RAD, Defects
 from ..pipeline.scene import Instances, Mesh, Scene
 from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
-from .meshes import read_mesh
+from .meshes import read_object
 
 ContentKey = tuple[bytes, float]
 
@@ -103,7 +103,7 @@ class _Session:
         if number in self.old_known and is_copy and ob.mode == "OBJECT":
             key = self.old_known[number]
         else:
-            key = self._fetch(mesh)
+            key = self._fetch(ob)
         self.known[number] = key
         if key is not None:
             self.name_of.setdefault(key, ob.name)
@@ -111,9 +111,9 @@ class _Session:
                 self.content[key] = self.old_content[key]
         return key
 
-    def _fetch(self, mesh: bpy.types.Mesh) -> ContentKey | None:
+    def _fetch(self, ob: bpy.types.Object) -> ContentKey | None:
         self.counts.fetched += 1
-        raw = read_mesh(mesh)
+        raw = read_object(ob)
         if raw is None:
             return None
         key = (raw.digest(), self.crease)

@@ -366,3 +366,16 @@ def test_the_operator_takes_units_and_a_single_path(tmp_path, blend):
 def test_dropping_a_cad_file_is_offered(blend):
     handler = blend.types.FileHandler.bl_rna_get_subclass_py("CAD_SHADOW_FH_import_cad")
     assert handler.bl_import_operator == "cad_shadow.import_cad" and set(handler.bl_file_extensions.split(";")) == set(cad_files.SUFFIXES)
+
+
+@pytest.mark.parametrize(("faces", "count"), [(["4 0 1 2 3"], 2), (["4 0 1 2 3", "3 0 1 2"], 3), (["5 0 1 2 3 4"], 3)])
+@pytest.mark.parametrize("suffix", ["ply", "off"])
+def test_polygons_of_ply_and_off_become_triangles(tmp_path, suffix, faces, count):
+    header = {
+        "off": f"OFF\n5 {len(faces)} 0\n",
+        "ply": "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n",
+    }[suffix]
+    text = header + "0 0 0\n2 0 0\n2 2 0\n0 2 0\n-1 1 0\n" + "".join(f + "\n" for f in faces)
+    model = cad_files.read(write(tmp_path / f"a.{suffix}", text))
+    assert model.triangle_count == count and area(model) == (6 if count == 3 and len(faces) == 2 else 4 + (len(faces[0]) > 9))
