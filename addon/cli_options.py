@@ -14,6 +14,7 @@ from .options import OPTIONS, Option
 from .pipeline.settings import PASSES
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
+MOST_FRAMES = 12  # of an animation that `advise` looks at
 FORMATS = ("png", "exr", "npz")
 RIVALS = ("workbench", "cycles", "eevee")
 GIVEN = argparse.SUPPRESS
@@ -188,9 +189,49 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
         group.add_argument(
             "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"
         )
+    add_advise(commands)
     add_bench(commands)
     add_theory(commands)
     return parser
+
+
+def frame_list(text: str) -> tuple[int, ...]:
+    """A-B as at most `MOST_FRAMES` frames, evenly picked, both ends among them; a single frame as itself."""
+    match = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", text)
+    if not match:
+        raise ValueError(text)
+    first, last = int(match[1]), int(match[2] or match[1])
+    if last < first:
+        raise argparse.ArgumentTypeError(f"{text}: the last frame comes before the first")
+    count = min(MOST_FRAMES, last - first + 1)
+    return tuple(first + round(i * (last - first) / max(count - 1, 1)) for i in range(count))
+
+
+def add_advise(commands: argparse._SubParsersAction) -> None:
+    """`advise`: the best combination for a budget, or the least budget for an error."""
+    command = commands.add_parser(
+        "advise",
+        help="the best warp, partition, fit and map size",
+        description="Try the combinations on each input, measure them, and propose the best for a budget of texels or a wanted error.",
+    )
+    group = command.add_argument_group("what is wanted").add_mutually_exclusive_group(required=True)
+    group.add_argument("--texels", type=int, metavar="N", help="the least error with this many texels in all maps together")
+    group.add_argument(
+        "--error", type=float, metavar="M", help="the fewest texels with which 95 %% of the pixels have an error m below this"
+    )
+    search = command.add_argument_group("search")
+    search.add_argument(
+        "--frames",
+        type=frame_list,
+        default=(),
+        metavar="A-B",
+        help=f"frames of the animation, {MOST_FRAMES} of them are looked at (default: one)",
+    )
+    search.add_argument("--seconds", type=float, default=120.0, metavar="S", help="decide after this time at the latest (default 120)")
+    add_inputs(command)
+    add_reporting(command)
+    add_view(command)
+    add_method(command, *SECTIONS)
 
 
 def add_bench(commands: argparse._SubParsersAction) -> None:

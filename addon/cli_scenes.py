@@ -14,6 +14,7 @@ import bpy
 from . import register, unregister
 from .bench import Course, run, text_table
 from .cli import chosen_settings
+from .cli_advise import advise_command
 from .errors import UserError
 from .images.png import encode_png
 from .inputs import open_deck, open_input
@@ -171,4 +172,4 @@ def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: ar
     return report, text_table(result)
 
 
-COMMANDS = {"bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command}
+COMMANDS = {"advise": advise_command, "bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command}

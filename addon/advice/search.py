@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..maths.choices import LOG_WARPS
 from ..maths.errors import error_statistics
 from ..maths.projection import ShadowPlan
 from ..pipeline.settings import Settings
@@ -192,11 +193,14 @@ class _Search:
         return sorted(rows, key=lambda row: (self._cost(row), row.measured["m_p99"], row.maps))
 
     def _best(self, rows: list[Row]) -> Row | None:
-        """The least cost; among those within `SAME` of it the one with the fewest maps."""
+        """The least cost; among those within `SAME` of it the one with the fewest maps, a logarithmic one (slow to draw) last."""
         least = min(self._cost(row) for row in rows)
         if least == np.inf:
             return None
-        return min((row for row in rows if self._cost(row) <= SAME * least), key=lambda row: (row.maps, self._cost(row)))
+        return min(
+            (row for row in rows if self._cost(row) <= SAME * least),
+            key=lambda row: (row.maps, row.candidate.warp in LOG_WARPS, self._cost(row)),
+        )
 
     def _steady(self, rows: list[Row]) -> list[Candidate]:
         """The best combinations that do not follow what is visible, for animations."""

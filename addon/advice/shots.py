@@ -92,8 +92,12 @@ class Shot:
         return near, far, camera.half_fov_rad, self.plan(self.job.settings).gamma_rad
 
     def rendered(self, settings: Settings) -> dict[str, object]:
-        """Statistics of a real picture under these settings at full size, of the same kind of pixels, and its time in milliseconds."""
+        """Statistics of a real picture under these settings at full size, of the same kind of pixels, and its time in milliseconds.
+
+        Drawn twice: the first time may compile shaders and upload, which says nothing about the time of the next picture.
+        """
         job = replace(self.job, settings=_quick(settings), passes=("depth", "normal", "aliasing"), measure=False)
+        run(job)
         frame = run(job).frame
         seen, points = _seen(frame.passes["depth"], job)
         facing = (frame.passes["normal"][::-1][seen] * towards_light(job.light, points)).sum(axis=1) > FACING

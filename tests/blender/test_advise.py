@@ -1,0 +1,82 @@
+"""The advice as a user meets it: the command, the operator, and Apply."""
+
+import importlib
+import json
+
+import pytest
+
+SMALL = ("--size", "96x64", "--seconds", "20")
+
+
+@pytest.fixture
+def main(extension):
+    return importlib.import_module(extension.__name__ + ".cli").main
+
+
+@pytest.fixture
+def session(extension):
+    return importlib.import_module(extension.__name__ + ".session")
+
+
+@pytest.fixture
+def animated_blend(cube_scene, blend, tmp_path):
+    """The cube scene saved, its camera moving from frame 1 to 20."""
+    camera = cube_scene.camera
+    camera.keyframe_insert("location", frame=1)
+    camera.location = (12, -12, 8)
+    camera.keyframe_insert("location", frame=20)
+    path = tmp_path / "cube.blend"
+    blend.ops.wm.save_as_mainfile(filepath=str(path))
+    return path
+
+
+def test_the_command_writes_the_report_and_puts_the_frame_back(main, animated_blend, tmp_path, blend):
+    out, report_file = tmp_path / "out", tmp_path / "report.json"
+    assert (
+        main(
+            [
+                "advise",
+                str(animated_blend),
+                "--texels",
+                "65536",
+                "--frames",
+                "1-20",
+                "-o",
+                str(out),
+                "--report",
+                str(report_file),
+                "--quiet",
+                *SMALL,
+            ]
+        )
+        == 0
+    )
+    report = json.loads((out / "cube_advice.json").read_text())
+    assert report == json.loads(report_file.read_text())
+    advice = report["advice"]
+    assert advice["frames"][0] == 1
+    assert advice["frames"][-1] == 20
+    assert len(advice["frames"]) == 12
+    assert advice["proposal"]["texels"] <= 65536
+    assert len(advice["proposal"]["splits"]) == 12
+    assert advice["current"]["map_size"] == report["settings"]["fit"]["size"]
+    assert blend.context.scene.frame_current == 1
+
+
+def test_the_proposal_given_back_as_options_has_the_error_it_promised(main, animated_blend, tmp_path):
+    assert main(["advise", str(animated_blend), "--error", "0.5", "-o", str(tmp_path), "--quiet", *SMALL]) == 0
+    proposal = json.loads((tmp_path / "cube_advice.json").read_text())["advice"]["proposal"]
+    words = [f"--{name.replace('_', '-')}={','.join(map(str, v)) if isinstance(v, list) else v}" for name, v in proposal["options"].items()]
+    assert main(["analyse", str(animated_blend), "-o", str(tmp_path), "--quiet", "--size", "96x64", *words]) == 0
+    assert json.loads((tmp_path / "cube_report.json").read_text())["settings"]["fit"]["size"] == proposal["map_size"]
+    assert proposal["rendered"]["m_p95"] <= 0.5
+
+
+@pytest.mark.parametrize("wrong", [[], ["--texels", "1000000", "--error", "1"], ["--texels", "1000000", "--frames", "9-3"]])
+def test_a_goal_is_asked_for_once_and_frames_in_order(main, wrong, capfd):
+    assert main(["advise", "nothing.obj", *wrong]) == 2
+    assert "advise" in capfd.readouterr().err
+
+
+def test_a_budget_too_small_is_an_input_that_failed(main, animated_blend, tmp_path):
+    assert main(["advise", str(animated_blend), "--texels", "10", "-o", str(tmp_path), "--quiet", *SMALL]) == 1
