@@ -98,7 +98,8 @@ def test_real_models_become_blender_objects(cad_dev, blend):
         blend.context.view_layer.update()
         objects = list(collection.all_objects)
         assert len(objects) == truth[0] and len({ob.data for ob in objects}) == truth[1]
-        assert {ob.name for ob in objects} == {part.name for part in model.parts}
+        longest = 63 if blend.app.version < (5, 0, 0) else 255
+        assert {ob.name for ob in objects} >= {part.name for part in model.parts if len(part.name) <= longest}
         corners = np.array([ob.matrix_world @ v.co for ob in objects for v in ob.data.vertices[:50]])
         assert (corners >= model.bounds()[0] - 1e-4).all() and (corners <= model.bounds()[1] + 1e-4).all()
         assert not any(ob.data.validate() for ob in objects)

@@ -1,6 +1,5 @@
 """SceneReader: what Blender's depsgraph shows, as arrays; nothing read twice; cameras and lights as Blender has them."""
 
-from collections import Counter
 from math import pi, radians
 from types import SimpleNamespace
 
@@ -44,7 +43,7 @@ def triangle(name="triangle"):
 
 
 def world_triangles(scene):
-    """(T, 3, 3) all drawn triangles in absolute world coordinates, sorted."""
+    """(T, 3, 3) all drawn triangles in absolute world coordinates, in order."""
     out = []
     for i, m in zip(scene.instances.mesh_index, scene.instances.world_from_object, strict=True):
         points = scene.meshes[i].positions @ m[:3, :3].T + m[:3, 3] + scene.origin_ws
@@ -64,13 +63,7 @@ def blender_triangles():
 
 
 def same_triangles(a, b):
-    """Whether two lists hold the same triangles in any order, corners in order from any start."""
-
-    def keys(triangles):
-        corners = [[tuple(c) for c in t] for t in np.round(triangles, 3).tolist()]
-        return Counter(min((t[k], t[k - 2], t[k - 1]) for k in range(3)) for t in corners)
-
-    return keys(a + 5e-4) == keys(b + 5e-4)
+    return len(a) == len(b) and np.allclose(a, b, atol=1e-4)
 
 
 def without_slivers(triangles):
