@@ -72,7 +72,8 @@ def close_extra_windows() -> Generator:
     for extra in list(bpy.context.window_manager.windows)[1:]:
         with bpy.context.temp_override(window=extra):
             bpy.ops.wm.window_close()
-        yield 0.3
+    yield from until(lambda: len(bpy.context.window_manager.windows) == 1, "the other windows to close")
+    yield from settle()
 
 
 def xdotool(*words: object) -> Generator:

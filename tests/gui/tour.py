@@ -23,6 +23,7 @@ from harness import (  # noqa: E402 - its folder is known only now
     step,
     until,
     view,
+    window,
     xdotool,
 )
 
@@ -31,7 +32,6 @@ TAB = "CAD Shadow"
 ENGINE = "CAD_SHADOW_PREVIEW"
 # Measured at UI scale 1: the middle of the first header below the sidebar's top, from one closed header to the next, to the first button.
 FIRST_HEADER_PX, HEADER_PX, BUTTON_PX = 14, 28, 35
-FILE_MENU = 46, 1186  # in the top bar
 
 
 def addon(name: str):
@@ -136,6 +136,7 @@ def the_preview_button_makes_a_picture() -> Generator:
     assert any(area.spaces.active.image == image for area in editors), "no Image Editor shows the picture"
     assert colours(picture("preview")) > 500
     yield from close_extra_windows()
+    yield from settle(0.5)
     yield from click(*header(0))
     yield from click(*header_of("quality"))
     yield from settle()
@@ -144,8 +145,30 @@ def the_preview_button_makes_a_picture() -> Generator:
 
 
 @step
+def a_plant_is_shown_with_its_shadows_and_its_error() -> Generator:
+    """Rendered shading shows the example deck with shadows, and its error as a heat map."""
+    yield from fresh_tab()
+    scene = bpy.context.scene
+    bpy.data.objects.remove(scene.objects["Cube"])
+    addon("cad_import").to_blender(addon("platform_deck").build(20_000), scene.collection)
+    scene.render.engine, scene.view_settings.view_transform = ENGINE, "Standard"
+    with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.ops.view3d.view_all()
+    view().spaces.active.shading.type = "RENDERED"
+    yield from click(*header(0))
+    yield from wait_for_picture()
+    shaded = picture("deck_rendered")
+    scene.cad_shadow.display = "aliasing"
+    yield from wait_for_picture()
+    assert changed_share(picture("deck_aliasing"), shaded) > 0.05, "the heat map does not show"
+
+
+@step
 def rendered_shading_follows_the_view() -> Generator:
     """View3D's Rendered shading shows the engine's picture, follows an orbit by mouse, and refines when still."""
+    yield from fresh_tab()
+    bpy.ops.mesh.primitive_plane_add(size=9, location=(0, 0, -1))
     bpy.context.scene.render.engine = ENGINE
     solid = picture("solid", canvas())
     view().spaces.active.shading.type = "RENDERED"
@@ -212,11 +235,12 @@ def f12_renders_while_the_window_lives() -> Generator:
 @step
 def cad_files_are_in_the_import_menu() -> Generator:
     """File > Import offers CAD files."""
-    yield from click(*FILE_MENU)
-    yield from xdotool("key", "i")
-    yield from settle(0.5)
+    r = region("WINDOW")
+    yield from hover(r.x + 300, r.y + r.height / 2)
+    with bpy.context.temp_override(window=window(), area=view(), region=r):
+        bpy.ops.wm.call_menu("INVOKE_DEFAULT", name="TOPBAR_MT_file_import")
+    yield from settle(0.4)
     picture("import_menu")
-    yield from press("Escape")
     yield from press("Escape")
     assert any(f.__module__.startswith(MODULE) for f in bpy.types.TOPBAR_MT_file_import.draw._draw_funcs)
 
