@@ -66,8 +66,9 @@ class DrawList:
     visible: BufferTexture
     scene: Scene
     rows_of_slot: np.ndarray
+    spans: np.ndarray
     vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
-    extents_pair: tuple[BufferTexture, moderngl.Buffer] | None = None
+    on_demand: dict[str, tuple[BufferTexture, moderngl.Buffer]] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -78,9 +79,11 @@ class DrawList:
         ranges: IndexRanges,
         groups: list[InstancedGroup],
         rows_of_slot: np.ndarray,
+        spans: np.ndarray,
         baked_slots: int,
     ) -> DrawList:
-        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused)."""
+        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused), `spans` (S, 2) uint32
+        its triangles in the index pool (first, one past the last)."""
         table, info = _table(scene, rows_of_slot, baked_slots)
         slots = sum(len(g.slots) for g in groups)
         buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
@@ -100,6 +103,7 @@ class DrawList:
             *textures,
             scene,
             rows_of_slot,
+            spans,
         )
 
     def draw(
@@ -134,12 +138,16 @@ class DrawList:
         self.table.use(SAMPLER_UNITS["u_table"])
         self.info.use(SAMPLER_UNITS["u_info"])
 
-    def extents(self) -> BufferTexture:
-        """Half the extents (RGBA32F, world axes, metres) of the object of each slot, for the ID test; made when first asked for."""
-        if self.extents_pair is None:
-            buffer = self.context.buffer(_half_extents(self.scene, self.rows_of_slot).tobytes())
-            self.extents_pair = BufferTexture(self.context, buffer, "rgba32f"), buffer
-        return self.extents_pair[0]
+    def test_table(self, name: str) -> BufferTexture:
+        """What some shadow tests look up by slot, made when first asked for.
+
+        'u_extents' (RGBA32F): half the extents of the slot's object, world axes, metres. 'u_spans' (RG32UI): its triangles in the index pool.
+        """
+        if name not in self.on_demand:
+            content = _half_extents(self.scene, self.rows_of_slot) if name == "u_extents" else self.spans
+            buffer = self.context.buffer(content.tobytes())
+            self.on_demand[name] = BufferTexture(self.context, buffer, "rgba32f" if name == "u_extents" else "rg32ui"), buffer
+        return self.on_demand[name][0]
 
     def _draw_groups(
         self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None, rows: np.ndarray | None
@@ -183,7 +191,7 @@ class DrawList:
             self.table_buffer,
             self.info_buffer,
             self.visible_buffer,
-            *(self.extents_pair or ()),
+            *(thing for pair in self.on_demand.values() for thing in pair),
         ):
             thing.release()
 

@@ -39,6 +39,11 @@ class _Part:
     slot: int
     transform: np.ndarray | None
 
+    @property
+    def triangle_span(self) -> tuple[int, int]:
+        """First triangle in the index pool and the one after the last."""
+        return self.first_index // 3, (self.first_index + self.index_count) // 3
+
 
 class GeometryStore:
     """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene."""
@@ -126,20 +131,24 @@ class GeometryStore:
         base = self._slots.capacity
         total = sum(len(rows) for rows in instanced.values())
         rows_of_slot = np.full(base + total, -1, np.int64)
+        spans = np.zeros((base + total, 2), np.uint32)
         if parts:
-            rows_of_slot[[p.slot for p, _ in parts]] = [row for _, row in parts]
+            slots_used = [p.slot for p, _ in parts]
+            rows_of_slot[slots_used] = [row for _, row in parts]
+            spans[slots_used] = [p.triangle_span for p, _ in parts]
         bounds_ws = scene.instance_bounds_ws() if instanced else None
         groups, cursor = [], base
         for key, rows in instanced.items():
             part = self._parts[key]
             rows_of_slot[cursor : cursor + len(rows)] = rows
+            spans[cursor : cursor + len(rows)] = part.triangle_span
             slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
             stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
             groups.append(
                 InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max())
             )
             cursor += len(rows)
-        return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, base)
+        return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, spans, base)
 
     def _replace_draw_list(self, draw_list: DrawList) -> None:
         if self._draw_list is not None:

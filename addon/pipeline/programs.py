@@ -32,6 +32,7 @@ SAMPLER_UNITS = {
     "u_cell_ids_0": 12,
     "u_cell_ids_1": 13,
     "u_extents": 14,
+    "u_spans": 15,
     "u_layers": 15,
     "u_back_normal": 16,
     "u_back_ids": 17,

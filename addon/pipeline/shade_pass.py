@@ -49,8 +49,6 @@ class ShadePass:
         program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, MAX_MAPS=MAX_MAPS,
                                      USE_OBJECT_COLORS=settings.shading.use_object_colors, **test_defines(settings.test))
         self._bind(program, gbuffer, maps, draw_list, triangles)
-        if "u_extents" in program:
-            draw_list.extents().use(SAMPLER_UNITS["u_extents"])
         along, start = pixel_rays(camera, target.size)
         set_uniforms(program, u_along_from_pixel=_column_major(along), u_start_from_pixel=_column_major(start),
                      u_map_count=len(plan.projections) if plan else 0, u_map_size=float(settings.fit.size),
@@ -63,7 +61,9 @@ class ShadePass:
 
     def _bind(self, program: moderngl.Program, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList,
               triangles: tuple[BufferTexture, BufferTexture]) -> None:
-        inputs = {"u_view_depth": gbuffer.view_depth, "u_normal": gbuffer.normal, "u_ids": gbuffer.ids, "u_positions": triangles[0], "u_indices": triangles[1]}
+        tables = {name: draw_list.test_table(name) for name in ("u_extents", "u_spans") if name in program}  # made before anything is bound
+        inputs = {**tables, "u_view_depth": gbuffer.view_depth, "u_normal": gbuffer.normal, "u_ids": gbuffer.ids, "u_positions": triangles[0],
+                  "u_indices": triangles[1]}
         if maps is not None:
             inputs |= maps.inputs()
         for name, texture in inputs.items():

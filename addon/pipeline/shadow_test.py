@@ -14,6 +14,7 @@ AUTO_TILT = 1.0
 AUTO_FLAT = 0.0
 FAR_TEXELS = 3.0
 REACH = 1
+BLOCK = 8
 STEEPEST_TANGENT = 16.0
 USUAL_BIAS = {"slope-scaled": 1.5, "normal-offset": 1.5, "receiver-plane": 0.5}
 USUAL_CONSTANT_SHARE = 2e-3
@@ -46,7 +47,7 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
     return {
         **names, **neighbour_define(test.depths), "TEST": TESTS.index(test.kind), "BIAS": BIASES.index(test.bias_strategy),
         "FILTER_UNIT": FILTER_UNITS.index(test.filter_unit), "PCF_SIDE": side, "TAP_SPACING": width / side, "DEPTHS": test.depths,
-        "ID_PER_MATERIAL": int(test.id_per_material), "REACH": REACH, "FAR_TEXELS": FAR_TEXELS, "AUTO_TILT": AUTO_TILT, "AUTO_FLAT": AUTO_FLAT,
+        "ID_PER_MATERIAL": int(test.id_per_material), "REACH": REACH, "BLOCK": BLOCK, "FAR_TEXELS": FAR_TEXELS, "AUTO_TILT": AUTO_TILT, "AUTO_FLAT": AUTO_FLAT,
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
     }
 

@@ -63,16 +63,15 @@ float light_at(Receiver r, mat2 on_surface) {
         uvec4 info = instance_info(slot);
         uint end = min(block.y + uint(BLOCK), texelFetch(u_spans, int(slot)).y);
         for (uint triangle = block.y; triangle < end; ++triangle) {
-            if (uvec2(block.x, triangle) == r.ids) continue;
             Triangle t = triangle_seen_from(r, info, slot, triangle);
-            for (int i = 0; i < taps; ++i) if (hits(r, t, offsets[i])) dark |= 1u << uint(i);
+            bool other = uvec2(block.x, triangle) != r.ids;
+            for (int i = 0; i < taps; ++i) if (other && hits(r, t, offsets[i])) dark |= 1u << uint(i);
         }
-        if (dark == (1u << uint(taps)) - 1u) return 0.0;
+        if (dark == (1u << uint(taps)) - 1u) break;
     }
-    if (lowest > far_m) return 0.0;
-    int lit = taps;
+    int lit = lowest > far_m ? 0 : taps;
     for (int i = 0; i < taps; ++i) lit -= int((dark >> uint(i)) & 1u);
-    return float(lit) / float(taps);
+    return float(max(lit, 0)) / float(taps);
 }
 #else
 #include "common_bias.glsl"
