@@ -160,7 +160,7 @@ def _layers_texture(
     unit = frame.texel_m / abs(float(frame.source[2]))
     image = np.empty((*mask.shape, 4), np.float32)
     image[..., 0] = np.where(mask, near, EMPTY)
-    image[..., 1], image[..., 2] = _gradient(near, mask, 1, unit), _gradient(near, mask, 0, unit)
+    image[..., 1], image[..., 2] = relief_gradient(near, mask, 1, unit), relief_gradient(near, mask, 0, unit)
     image[..., 3] = np.where(mask, far, -1.0)
     texture = context.texture((frame.width, frame.height), 4, np.ascontiguousarray(image[::-1]).tobytes(), dtype="f4")
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -170,7 +170,7 @@ def _layers_texture(
 STEEPEST = 8.0
 
 
-def _gradient(relief: np.ndarray, mask: np.ndarray, axis: int, unit: float) -> np.ndarray:
+def relief_gradient(relief: np.ndarray, mask: np.ndarray, axis: int, unit: float) -> np.ndarray:
     """Change of relief per texel along `axis`: the smaller of the steps to both sides, which does not reach across depth edges.
 
     Exact for planes: relief of a plane is linear in u and v (orthographic: metres; perspective: 1/z).

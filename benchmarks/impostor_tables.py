@@ -1,0 +1,124 @@
+"""The impostor benchmark's rows → docs/impostors.md."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from addon.maths.relief_error import PREDICTORS
+from benchmarks.tables import table
+
+RESULTS = Path(__file__).resolve().parent / "results"
+DOC = Path(__file__).resolve().parents[1] / "docs" / "impostors.md"
+HOLE_PX = 200.0
+INTRO = """# Relief impostors, measured
+
+Made by `python -m benchmarks.impostors` (see its help); do not edit. Models: the dev set, each as one impostor. Software rasteriser.
+"""
+
+
+def keep(name: str, rows: list[dict]) -> None:
+    """Write the rows of one table, replacing those of the same models."""
+    models = {row.get("model") for row in rows}
+    rest = [row for row in kept(name) if row.get("model") not in models]
+    RESULTS.mkdir(exist_ok=True)
+    (RESULTS / f"impostors-{name}.json").write_text(json.dumps(rest + rows, indent=0) + "\n", encoding="utf-8")
+
+
+def kept(name: str) -> list[dict]:
+    """The rows of one table, if it was measured."""
+    path = RESULTS / f"impostors-{name}.json"
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else []
+
+
+def write() -> None:
+    """docs/impostors.md from all that was measured."""
+    parts = [INTRO]
+    for name, make in (("predictors", _predictors), ("pictures", _pictures), ("life", _life), ("speed", _speed)):
+        rows = kept(name)
+        parts.append(make(rows) if rows else f"(`{name}` was not measured.)")
+    DOC.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Ranks with ties shared."""
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    ends = np.cumsum(counts)
+    return (ends - (counts - 1) / 2.0)[inverse]
+
+
+def _spearman(a: np.ndarray, b: np.ndarray) -> float:
+    ranks = _ranks(a), _ranks(b)
+    return float(np.corrcoef(*ranks)[0, 1]) if min(np.ptp(r) for r in ranks) > 0 else 0.0
+
+
+def _balanced_accuracy(values: np.ndarray, truth: np.ndarray) -> float:
+    """The best over all thresholds of the mean of sensitivity and specificity for 'more than `HOLE_PX` pixels unseen'."""
+    bad = truth > HOLE_PX
+    if bad.all() or not bad.any():
+        return float("nan")
+    order = np.argsort(values)
+    above = np.concatenate([[bad.sum()], bad.sum() - np.cumsum(bad[order])]) / bad.sum()
+    below = np.concatenate([[0], np.cumsum(~bad[order])]) / (~bad).sum()
+    return float(((above + below) / 2).max())
+
+
+def _predictors(rows: list[dict]) -> str:
+    rows = [r for r in rows if np.isfinite(r["edge_sum_px"])]
+    models = list(dict.fromkeys(r["model"] for r in rows))
+    truth = np.array([r["truth"] for r in rows])
+    of_model = np.array([r["model"] for r in rows])
+    lines = []
+    for name in PREDICTORS:
+        values = np.array([r[name] for r in rows])
+        single = [_spearman(values[of_model == m], truth[of_model == m]) for m in models]
+        over = np.median(values[truth > 20] / truth[truth > 20]) if name.endswith("sum_px") or name == "edge_fast_px" else None
+        lines.append((name, float(np.median(single)), min(single), max(single), _spearman(values, truth),
+                      _balanced_accuracy(values, truth), None if over is None else float(over)))
+    return (f"## Predictors against truth\n\n{len(models)} models × {len(rows) // len(models)} cameras (0…35°, 3…14 radii, capture at 8), "
+            "truth = pixels of the true picture whose surface the capture's front layer does not hold. Rank correlation per model and "
+            f"pooled; balanced accuracy of telling more than {HOLE_PX:.0f} such pixels, at the best threshold; over-estimate = median of "
+            "predicted over true pixels.\n\n"
+            + table(("predictor", "rank, median", "worst", "best", "pooled", "balanced accuracy", "over-estimate"), lines))
+
+
+def _pictures(rows: list[dict]) -> str:
+    parts = ["## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, no shadows; medians over the models. PSNR and SSIM over the "
+             "union of the silhouettes. Two captures: the eye in the middle between them, each that angle away."]
+    for radii in sorted({r["radii"] for r in rows}):
+        lines = []
+        for way in dict.fromkeys(r["way"] for r in rows):
+            cells = []
+            for angle in sorted({r["angle"] for r in rows}):
+                chosen = [r for r in rows if (r["way"], r["radii"], r["angle"]) == (way, radii, angle)]
+                db, iou = (float(np.median([r[k] for r in chosen])) for k in ("psnr_db", "silhouette_iou"))
+                ssim, missing, false = (float(np.median([r[k] for r in chosen])) for k in ("ssim", "missing_pct", "false_pct"))
+                cells.append(f"{db:.1f} / {ssim:.2f} / {iou:.3f} / {missing:.1f} / {false:.1f}")
+            lines.append((way, *cells))
+        angles = [f"{a}°" for a in sorted({r["angle"] for r in rows})]
+        parts.append(f"{radii:g} radii: PSNR dB / SSIM / silhouette IoU / missing % / false %\n\n" + table(("", *angles), lines))
+    return "\n\n".join(parts)
+
+
+def _life(rows: list[dict]) -> str:
+    lines = []
+    for way in dict.fromkeys(r["way"] for r in rows):
+        chosen = [r for r in rows if r["way"] == way]
+        lived = [r["frames"] / max(r["captures"], 1) for r in chosen]
+        jumps = [r["jump"] for r in chosen if r["jump"] is not None]
+        lines.append((way, float(np.median(lived)), min(lived), float(np.median([r["psnr_median"] for r in chosen])),
+                      min(r["psnr_min"] for r in chosen), float(max(jumps)) if jumps else None,
+                      sum(r["geometry"] for r in chosen)))
+    return ("## Life\n\nOrbit at 1° a frame, 8 radii, with shadows, 2 × 2 samples, " + f"{len({r['model'] for r in rows})} models"
+            + "; frames per capture; worst frame over all models; largest jump = the frame difference at a renewal over the median frame "
+            "difference.\n\n"
+            + table(("life cycle", "frames per capture, median", "fewest", "PSNR, median", "PSNR, worst", "largest jump", "geometry frames"),
+                    lines))
+
+
+def _speed(rows: list[dict]) -> str:
+    return "## Speed\n\nG-buffer pass at 512², medians, milliseconds.\n\n" + table(
+        ("triangles", "texture", "geometry", "impostor", "capture", "200 predictions"),
+        [(r["triangles"], r["texture"], r["geometry_ms"], r["impostor_ms"], r["capture_ms"], r["predict_200_ms"]) for r in rows])
