@@ -66,6 +66,7 @@ class InstanceLoop:
         self.depsgraph, self.content_of, self.use_object_color, self.space = depsgraph, content_of, use_object_color, space
         self.rows = Rows()
         self._colors: dict[int, Color] = {}
+        self._slotted: set[int] = set()
         self._variants: dict[tuple[int, tuple[Color, ...]], int] = {}
 
     def run(self) -> Rows:
@@ -84,7 +85,6 @@ class InstanceLoop:
         shown = read_shown(self.depsgraph, len(matrices)).tolist()
         kind_of_data: dict[int, int] = {}
         kind_of, names, index = self.rows.kind, self.rows.names, []
-        varies = self.use_object_color or self.space is not None
         for i, instance in enumerate(self.depsgraph.object_instances):
             ob = instance.object
             data = ob.data
@@ -95,17 +95,23 @@ class InstanceLoop:
             if kind is None:
                 kind = kind_of_data[pointer] = self._visit(ob, data)
             if kind >= 0:
-                if varies or ob.material_slots:
+                if self.space is not None and not self._is_shown_in_space(instance):
+                    continue
+                if self.use_object_color or kind in self._slotted:
                     kind = self._variant(ob, kind)
-                if kind >= 0:
-                    kind_of.append(kind)
-                    names.append(ob.name)
-                    index.append(i)
+                kind_of.append(kind)
+                names.append(ob.name)
+                index.append(i)
             elif kind == LIGHT:
                 self._add_light(ob, matrices[i])
             elif kind == CAMERA and not instance.is_instance:
                 self.rows.cameras.append(ob.original)
         return index
+
+    def _is_shown_in_space(self, instance: bpy.types.DepsgraphObjectInstance) -> bool:
+        """Whether the viewport shows it (local view, hidden collections); an instance is shown where what makes it is."""
+        ob = instance.parent if instance.is_instance else instance.object
+        return ob.original.visible_in_viewport_get(self.space)
 
     def _visit(self, ob: bpy.types.Object, data: bpy.types.ID) -> int:
         """What the first instance of a datablock is: an index into `kinds`, or one of the negative marks."""
@@ -115,12 +121,12 @@ class InstanceLoop:
         if content is None:
             return IGNORED
         self.rows.kinds.append(Kind(content, tuple(self._color(m) for m in data.materials) or (DEFAULT_COLOR,)))
+        if len(data.materials):
+            self._slotted.add(len(self.rows.kinds) - 1)
         return len(self.rows.kinds) - 1
 
     def _variant(self, ob: bpy.types.Object, kind: int) -> int:
-        """The kind of an object that overrides what its mesh says: its own colour, materials linked to it, hidden in this viewport."""
-        if self.space is not None and not ob.original.visible_in_viewport_get(self.space):
-            return IGNORED
+        """The kind of an object that overrides what its mesh says: its own colour, or materials linked to it."""
         colors = base = self.rows.kinds[kind].colors
         if self.use_object_color:
             colors = (tuple(ob.color),)
