@@ -149,19 +149,24 @@ def a_plant_is_shown_with_its_shadows_and_its_error() -> Generator:
     """Rendered shading shows the example deck with shadows, and its error as a heat map."""
     yield from fresh_tab()
     scene = bpy.context.scene
-    bpy.data.objects.remove(scene.objects["Cube"])
+    for name in ("Cube", "Light", "Camera"):
+        bpy.data.objects.remove(scene.objects[name])
     addon("cad_import").to_blender(addon("platform_deck").build(20_000), scene.collection)
     scene.render.engine, scene.view_settings.view_transform = ENGINE, "Standard"
     with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
         bpy.ops.object.select_all(action="DESELECT")
         bpy.ops.view3d.view_all()
     view().spaces.active.shading.type = "RENDERED"
+    view().spaces.active.overlay.show_relationship_lines = False
     yield from click(*header(0))
     yield from wait_for_picture()
     shaded = picture("deck_rendered")
     scene.cad_shadow.display = "aliasing"
     yield from wait_for_picture()
     assert changed_share(picture("deck_aliasing"), shaded) > 0.05, "the heat map does not show"
+    scene.cad_shadow.display = "partitions"
+    yield from wait_for_picture()
+    assert changed_share(picture("deck_partitions"), shaded) > 0.05, "the partitions do not show"
 
 
 @step
