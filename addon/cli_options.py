@@ -10,11 +10,11 @@ import argparse
 import re
 from math import inf, radians
 
+from .advice.goal import MOST_FRAMES, picked_frames
 from .options import OPTIONS, Option
 from .pipeline.settings import PASSES
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
-MOST_FRAMES = 12  # of an animation that `advise` looks at
 FORMATS = ("png", "exr", "npz")
 RIVALS = ("workbench", "cycles", "eevee")
 GIVEN = argparse.SUPPRESS
@@ -196,15 +196,14 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
 
 
 def frame_list(text: str) -> tuple[int, ...]:
-    """A-B as at most `MOST_FRAMES` frames, evenly picked, both ends among them; a single frame as itself."""
+    """A-B as `picked_frames` has it; a single frame as itself."""
     match = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", text)
     if not match:
         raise ValueError(text)
     first, last = int(match[1]), int(match[2] or match[1])
     if last < first:
         raise argparse.ArgumentTypeError(f"{text}: the last frame comes before the first")
-    count = min(MOST_FRAMES, last - first + 1)
-    return tuple(first + round(i * (last - first) / max(count - 1, 1)) for i in range(count))
+    return picked_frames(first, last)
 
 
 def add_advise(commands: argparse._SubParsersAction) -> None:

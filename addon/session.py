@@ -1,4 +1,4 @@
-"""What lives as long as the add-on is enabled: the last outcome (for panel and export), the GL worker, the readers' caches."""
+"""What lives as long as the add-on is enabled: the last outcome and advice (for panels and export), the GL worker, the readers' caches."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from . import sources
 from .job import Outcome, stop_worker
 
 _outcomes: list[Outcome] = []
+_advice: list[dict[str, object]] = []
 
 
 def remember(outcome: Outcome) -> None:
@@ -21,10 +22,21 @@ def last() -> Outcome | None:
     return _outcomes[0] if _outcomes else None
 
 
+def remember_advice(report: dict[str, object]) -> None:
+    """Keep the last advice, as `advice_report` makes it."""
+    _advice[:] = [report]
+
+
+def last_advice() -> dict[str, object] | None:
+    """The last advice, or None when none was asked for since the file was opened."""
+    return _advice[0] if _advice else None
+
+
 @persistent
 def forget(*_unused: object) -> None:
     """Another file was opened: drop the last outcome, whose images may be large, and what was read of the old file."""
     _outcomes.clear()
+    _advice.clear()
     sources.forget()
 
 

@@ -9,6 +9,7 @@ from ..maths.choices import require
 
 SMALLEST_MAP, LARGEST_MAP = 16, 8192
 GRAIN = 8  # map sizes are multiples of this
+MOST_FRAMES = 12  # of an animation that are looked at
 REFERENCE_MAP = 1024  # where an error is measured when the size is the question: m falls with the number of texels
 
 
@@ -39,3 +40,9 @@ class Goal:
             return None
         size = max(ceil(measured_size * sqrt(m_p95 / self.error) / GRAIN) * GRAIN, SMALLEST_MAP)
         return size if size <= LARGEST_MAP else None
+
+
+def picked_frames(first: int, last: int) -> tuple[int, ...]:
+    """At most `MOST_FRAMES` frames from `first` to `last` ≥ `first`, evenly picked, both ends among them."""
+    count = min(MOST_FRAMES, last - first + 1)
+    return tuple(first + round(i * (last - first) / max(count - 1, 1)) for i in range(count))

@@ -2,9 +2,9 @@
 
 import bpy
 
-from . import analyse, export_report, import_cad, preview
+from . import advise, analyse, export_report, import_cad, light_view, preview
 
-_parts = (preview, analyse, export_report)
+_parts = (preview, analyse, light_view, advise, export_report)
 
 
 def _draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -18,6 +18,8 @@ def register() -> None:
     """Offer the operators."""
     for part in _parts:
         bpy.utils.register_class(part.OPERATOR)
+    for operator in advise.ALSO:
+        bpy.utils.register_class(operator)
     bpy.types.TOPBAR_MT_render.append(_draw_menu)
     import_cad.register()
 
@@ -26,5 +28,7 @@ def unregister() -> None:
     """Remove the operators."""
     import_cad.unregister()
     bpy.types.TOPBAR_MT_render.remove(_draw_menu)
+    for operator in advise.ALSO:
+        bpy.utils.unregister_class(operator)
     for part in reversed(_parts):
         bpy.utils.unregister_class(part.OPERATOR)

@@ -1,8 +1,8 @@
 """The sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
 
-from . import compatible, quality, settings
+from . import advice, compatible, quality, settings
 
-_parts = (settings, quality, compatible)
+_parts = (settings, quality, advice, compatible)
 
 
 def register() -> None:

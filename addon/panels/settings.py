@@ -46,11 +46,14 @@ def draw_options(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], 
 
 def draw_preview(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     """The buttons, and what the picture shows."""
+    self.layout.popover("CAD_SHADOW_PT_presets", icon="PRESET")
     column = self.layout.column(align=True)
     column.scale_y = 1.4
     column.operator("cad_shadow.preview", icon="RENDER_STILL")
     self.layout.operator("cad_shadow.analyse", icon="GRAPH")
+    self.layout.operator("cad_shadow.light_view", icon="LIGHT_SUN")
     draw_options("display", "samples")(self, context)
+    self.layout.prop(context.window_manager, "cad_shadow_overlay")
 
 
 def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:

@@ -80,3 +80,42 @@ def test_a_goal_is_asked_for_once_and_frames_in_order(main, wrong, capfd):
 
 def test_a_budget_too_small_is_an_input_that_failed(main, animated_blend, tmp_path):
     assert main(["advise", str(animated_blend), "--texels", "10", "-o", str(tmp_path), "--quiet", *SMALL]) == 1
+
+
+def test_the_operator_advises_and_apply_writes_the_settings(cube_scene, blend, session):
+    bpy = blend
+    props = cube_scene.cad_shadow
+    props.map_size, props.use_eta, props.eta = 64, True, -0.5
+    assert not bpy.ops.cad_shadow.apply_advice.poll()
+    assert bpy.ops.cad_shadow.advise(goal="TEXELS", texels=0.25, seconds=20.0) == {"FINISHED"}
+    proposal = session.last_advice()["proposal"]
+    assert proposal["texels"] <= 2**18
+    assert bpy.ops.cad_shadow.apply_advice() == {"FINISHED"}
+    assert (props.warp, props.partition, props.fit, props.map_size) == tuple(proposal[k] for k in ("warp", "partition", "fit", "map_size"))
+    assert not props.use_eta
+
+
+def test_a_new_file_forgets_the_advice(cube_scene, blend, session):
+    assert blend.ops.cad_shadow.advise(goal="ERROR", error=1.0, seconds=20.0) == {"FINISHED"}
+    assert session.last_advice() is not None
+    blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert session.last_advice() is None
+
+
+def test_the_animation_is_seen_through_its_camera_and_the_frame_put_back(cube_scene, blend, session):
+    cube_scene.frame_start, cube_scene.frame_end = 1, 3
+    cube_scene.frame_set(2)
+    assert blend.ops.cad_shadow.advise(goal="TEXELS", texels=0.25, use_animation=True, seconds=20.0) == {"FINISHED"}
+    assert session.last_advice()["frames"] == [1, 2, 3]
+    assert cube_scene.frame_current == 2
+
+
+def test_an_empty_scene_makes_the_button_grey(blend):
+    assert not blend.ops.cad_shadow.advise.poll()
+
+
+def test_the_lights_view_is_a_picture(cube_scene, blend):
+    assert blend.ops.cad_shadow.light_view() == {"FINISHED"}
+    image = blend.data.images["CAD Shadow Preview: light's view"]
+    assert tuple(image.size) == (960, 720)
+    assert len(set(image.pixels[:4000:4])) >= 1
