@@ -17,10 +17,11 @@ from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .properties import settings_from
 from .rendering import NO_CAMERA, Request, active_request, isometric
-from .snapshot import SceneReader, camera_from_object, camera_from_region, choose_light
+from .snapshot import SceneReader, camera_from_object, camera_from_region, choose_light, reaches
 from .views import sun_from
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
+FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left of the view is used. Choose that light under Light to use it."
 NO_LIGHT = "There is no light: a sun from the upper left of the view is used."
 
 _render_reader = SceneReader()
@@ -172,7 +173,9 @@ def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request
         if props.light is None:
             raise SceneError("No light object is chosen: choose one in the Light panel, or set Light to Automatic.")
         return choose_light(scene.lights, props.light.name), ()
-    light = choose_light(scene.lights)
+    light = choose_light([one for one in scene.lights if reaches(one, scene.bounds_ws())])
+    if light is None and scene.lights:
+        return default_sun(camera), (FAINT_LIGHT.format(scene.lights[0].name),)
     if light is None:
         return default_sun(camera), (NO_LIGHT,)
     others = len(scene.lights) - 1

@@ -12,6 +12,7 @@ from ..errors import SceneError
 from ..maths.view import Light
 
 MAX_CONE_RAD = 1.5
+FAINTEST = 0.05
 
 
 def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origin_ws: np.ndarray) -> tuple[Light | None, str]:
@@ -52,6 +53,16 @@ def _color(data: bpy.types.Light) -> tuple[float, float, float]:
 def strength(light: Light) -> float:
     """Sum of the colour's channels: what 'the strongest' compares."""
     return sum(light.color)
+
+
+def reaches(light: Light, bounds_ws: np.ndarray) -> bool:
+    """Whether a light lights the scene at all: a sun always, others when the mean of their channels at the middle of `bounds_ws` (2, 3), or
+    at half its diagonal when they stand nearer, is at least `FAINTEST` of a sun of strength 1."""
+    if light.kind == "sun":
+        return True
+    radius = float(np.linalg.norm(bounds_ws[1] - bounds_ws[0])) / 2.0
+    distance = max(float(np.linalg.norm(light.position_ws - bounds_ws.mean(axis=0))), radius, 1e-6)
+    return strength(light) / 3.0 >= FAINTEST * distance**2
 
 
 def choose_light(lights: Sequence[Light], name: str | None = None) -> Light | None:

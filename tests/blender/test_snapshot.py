@@ -10,7 +10,7 @@ from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
 from addon.errors import SceneError
-from addon.snapshot import SceneReader, camera_from_object, camera_from_region, choose_light
+from addon.snapshot import SceneReader, camera_from_object, camera_from_region, choose_light, reaches
 from addon.snapshot.reader import local_origin
 
 SIZE = (640, 360)
@@ -385,6 +385,16 @@ def test_the_strongest_sun_is_chosen_unless_one_is_named(blend):
     assert choose_light(lights).name == "strong" and choose_light(lights, "lamp").kind == "point"
     with pytest.raises(SceneError, match="choose one of"):
         choose_light(lights, "gone")
+
+
+def test_a_lamp_too_faint_for_the_model_is_known_as_such(blend):
+    """Blender's own start-up lamp lights a cube but not a plant."""
+    light("POINT", "lamp", 1000)
+    lamp = read().lights[0]
+    around = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
+    assert reaches(lamp, around) and not reaches(lamp, 60.0 * around)
+    light("SUN", "sun", 0.001)
+    assert reaches(choose_light(read().lights), 1e5 * around)
 
 
 def test_viewports_are_cameras(blend):
