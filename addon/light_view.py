@@ -21,6 +21,7 @@ from .overlay_geometry import frustum_sides, map_color, map_volumes, section
 
 BACKGROUND, FRUSTUM_INK = (46, 46, 50), (250, 250, 250)
 MARGIN = 1.06
+NEAREST = 1e-4  # near distance of a finite light's eye, of its far distance
 SIZE = (960, 720)
 WIDEST_RAD = 1.3  # half the field of view of a finite light's eye
 
@@ -48,8 +49,8 @@ def light_camera(job: Job, plan: ShadowPlan, aspect: float) -> Camera:
     ahead = p[p[:, 2] < -1e-6]
     slope = np.abs(ahead[:, :2] / ahead[:, 2:]).max(axis=0) if len(ahead) else np.ones(2)
     half_rad = min(float(np.arctan(MARGIN * max(slope[1], slope[0] / aspect))), WIDEST_RAD)
-    far = 1.1 * float(np.linalg.norm(np.concatenate([points, box_corners(job.scene.bounds_ws())]) - light.position_ws, axis=1).max())
-    return Camera(view, perspective(half_rad, aspect, 1e-3 * far, far), 1e-3 * far, far, "light")
+    far = 1.1 * float(np.linalg.norm(box_corners(job.scene.bounds_ws()) - light.position_ws, axis=1).max())
+    return Camera(view, perspective(half_rad, aspect, NEAREST * far, far), NEAREST * far, far, "light")
 
 
 def light_picture(job: Job, plan: ShadowPlan, size: tuple[int, int]) -> np.ndarray:
