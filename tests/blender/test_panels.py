@@ -31,6 +31,9 @@ class Layout:
         assert name in dir(getattr(self.bpy.ops, group)), idname
         self.shown.append(idname)
 
+    def popover(self, panel, icon="NONE"):
+        assert hasattr(self.bpy.types, panel), panel
+
     def label(self, text="", icon="NONE"):
         self.texts.append(text)
 

@@ -1,0 +1,13 @@
+"""The defaults: four adaptive slices serve views along a scene and views at an object."""
+
+import bpy
+
+settings = bpy.context.scene.cad_shadow
+
+settings.warp = "lispsm-general"
+settings.partition = "z-adaptive"
+settings.partitions = 4
+settings.map_size = 1024
+settings.samples = "4"
+settings.fit = "samples"
+settings.test = "depth"

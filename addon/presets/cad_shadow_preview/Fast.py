@@ -1,0 +1,12 @@
+"""Quick looks and big scenes: one map, one camera sample per pixel. Half the passes over the geometry of Balanced and less."""
+
+import bpy
+
+settings = bpy.context.scene.cad_shadow
+
+settings.warp = "lispsm-general"
+settings.partition = "none"
+settings.map_size = 1024
+settings.samples = "1"
+settings.fit = "samples"
+settings.test = "depth"
