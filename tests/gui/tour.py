@@ -170,6 +170,52 @@ def a_plant_is_shown_with_its_shadows_and_its_error() -> Generator:
 
 
 @step
+def the_overlay_shows_where_the_maps_lie() -> Generator:
+    """After an analysis, Overlay draws the splits and the maps in the viewport, seen from elsewhere; Off takes them away."""
+    yield from fresh_tab()
+    manager = bpy.context.window_manager
+    with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
+        bpy.ops.cad_shadow.analyse("EXEC_DEFAULT")
+        bpy.ops.view3d.view_orbit(angle=0.6, type="ORBITRIGHT")
+        bpy.ops.view3d.view_orbit(angle=0.5, type="ORBITUP")
+    view().spaces.active.region_3d.view_distance *= 2.5
+    yield from settle(0.6)
+    bare = picture("overlay_off", canvas())
+    shown = {}
+    for what in ("SPLITS", "MAPS", "BOTH"):
+        manager.cad_shadow_overlay = what
+        yield from settle(0.6)
+        shown[what] = picture("overlay_" + what.lower(), canvas())
+        assert changed_share(shown[what], bare) > 0.001, f"{what} shows nothing"
+    assert changed_share(shown["BOTH"], shown["SPLITS"]) > 0.0005, "the maps are missing in Both"
+    manager.cad_shadow_overlay = "OFF"
+    yield from settle(0.6)
+    assert changed_share(picture("overlay_off", canvas()), bare) < 0.0005, "lines stay"
+
+
+@step
+def advice_works_while_the_window_lives() -> Generator:
+    """Advise searches bit by bit, the panel shows the table, Apply writes the settings; Light's View opens its picture."""
+    yield from fresh_tab()
+    props = bpy.context.scene.cad_shadow
+    props.map_size = 128
+    with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
+        assert bpy.ops.cad_shadow.advise("EXEC_DEFAULT", goal="TEXELS", texels=1.0, seconds=20.0) == {"RUNNING_MODAL"}
+    yield from until(lambda: addon("session").last_advice(), "the advice", 90)
+    yield from click(*header_of("advice"))
+    yield from settle(0.6)
+    picture("advice", box_of(region("UI")))
+    bpy.ops.cad_shadow.apply_advice()
+    assert props.map_size == addon("session").last_advice()["proposal"]["map_size"]
+    yield from click(*header_of("advice"))
+    with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
+        bpy.ops.cad_shadow.light_view("EXEC_DEFAULT")
+    yield from settle(0.6)
+    picture("light_view")
+    yield from close_extra_windows()
+
+
+@step
 def rendered_shading_follows_the_view() -> Generator:
     """View3D's Rendered shading shows the engine's picture, follows an orbit by mouse, and refines when still."""
     yield from fresh_tab()
