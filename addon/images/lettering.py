@@ -29,6 +29,11 @@ _ROWS = {
     ")": "08040202020408",
     ":": "000c0c000c0c00",
     " ": "00000000000000",
+    ",": "00000000040408",
+    "+": "0004041f040400",
+    "_": "0000000000001f",
+    "°": "0e0a0e00000000",
+    "?": "0e110106040004",
     "a": "00000e010f110f",
     "b": "1010161911111e",
     "c": "00000e1010110e",
@@ -38,6 +43,7 @@ _ROWS = {
     "g": "000f11110f010e",
     "h": "10101619111111",
     "i": "04000c0404040e",
+    "j": "0200060202120c",
     "k": "10101214181412",
     "l": "0c04040404040e",
     "m": "00001a15151111",
@@ -61,14 +67,19 @@ _GLYPHS = {
 
 
 def lettered(text: str, scale: int = 1) -> np.ndarray:
-    """(7·scale, 6·scale·len) bool image of a text in lower case, digits and /.-=><%(): ; raises KeyError for any other character."""
+    """(7·scale, 6·scale·len) bool image of a text in lower case, digits and /.,-+=_<>%°?(): ; raises KeyError for any other character."""
     mask = np.zeros((HEIGHT, (WIDTH + 1) * len(text)), dtype=bool)
     for i, char in enumerate(text):
         mask[:, i * (WIDTH + 1) : i * (WIDTH + 1) + WIDTH] = _GLYPHS[char]
     return mask.repeat(scale, axis=0).repeat(scale, axis=1)
 
 
-def draw_text(image: np.ndarray, text: str, centre_x: int, top: int, color: tuple[int, ...], scale: int = 1) -> None:
+def printable(text: str) -> str:
+    """`text` in the characters there are: lower case, a question mark for every other one."""
+    return "".join(char if char in _GLYPHS else "?" for char in text.lower())
+
+
+def draw_text(image: np.ndarray, text: str, centre_x: int, top: int, color: tuple[float, ...], scale: int = 1) -> None:
     """Draw `text` into (h, w, c) `image`, centred at a column, its top at a row; what falls outside is cut off."""
     mask = lettered(text, scale)
     left = centre_x - mask.shape[1] // 2
