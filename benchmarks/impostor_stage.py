@@ -23,8 +23,19 @@ from addon.pipeline.scene import Instances, Mesh, Scene
 from addon.pipeline.settings import Settings
 
 CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
-MODELS = ("featuretype.step", "hand_wheel_valve.ply", "robile_housing.obj", "cycloidal_drive_mm.glb", "amazing_hand.glb", "tower_crane.glb",
-          "duplex_house.obj", "industrial_ladder.obj", "tray_bottom_mm.stl", "huldra_utilities.glb", "iea15_floating_turbine.stl")
+MODELS = (
+    "featuretype.step",
+    "hand_wheel_valve.ply",
+    "robile_housing.obj",
+    "cycloidal_drive_mm.glb",
+    "amazing_hand.glb",
+    "tower_crane.glb",
+    "duplex_house.obj",
+    "industrial_ladder.obj",
+    "tray_bottom_mm.stl",
+    "huldra_utilities.glb",
+    "iea15_floating_turbine.stl",
+)
 SAMPLES = 4
 HELD_TEXELS = 2.0
 
@@ -66,15 +77,20 @@ class Stage:
         distance = self.radius * distance_radii
         half = asin(1.0 / distance_radii) if half_fov_deg is None else radians(half_fov_deg)
         near, far = 0.02 * distance, distance + 2 * self.radius
-        return Camera(spaces.look_at(self.middle + distance * (flat + [0, 0, np.sin(elevation)]), self.middle),
-                      spaces.perspective(half, 1.0, near, far), near, far)
+        return Camera(
+            spaces.look_at(self.middle + distance * (flat + [0, 0, np.sin(elevation)]), self.middle),
+            spaces.perspective(half, 1.0, near, far),
+            near,
+            far,
+        )
 
     def sun(self) -> Light:
         """A sun from the upper left."""
         return Light("sun", np.array([0.48, -0.6, 0.64]))
 
-    def capture(self, camera: Camera, size: tuple[int, int], *, texels: float = 2.0, perspective: bool = True,
-                with_back: bool = True) -> ImpostorTextures:
+    def capture(
+        self, camera: Camera, size: tuple[int, int], *, texels: float = 2.0, perspective: bool = True, with_back: bool = True
+    ) -> ImpostorTextures:
         """The whole model captured."""
         frame = capture_frame(self.hull, camera, size, CaptureChoice(perspective, texels, 4096))
         return capture(self.device, self.draw_list, self.rows, frame, with_back=with_back)
@@ -95,8 +111,9 @@ class Stage:
         self.device.context.finish()
         return target
 
-    def picture(self, camera: Camera, side: int, impostors: list[ImpostorTextures] | None = None,
-                method: str = "inverse") -> tuple[np.ndarray, np.ndarray]:
+    def picture(
+        self, camera: Camera, side: int, impostors: list[ImpostorTextures] | None = None, method: str = "inverse"
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(picture (side, side, 3), silhouette): shaded without shadows, 4 × 4 samples a pixel; of the geometry without impostors."""
         size, device = (side * SAMPLES, side * SAMPLES), self.device
         gbuffer = self.direct(camera, size) if impostors is None else self.drawn(camera, size, impostors, method)

@@ -75,18 +75,31 @@ def _predictors(rows: list[dict]) -> str:
         values = np.array([r[name] for r in rows])
         single = [_spearman(values[of_model == m], truth[of_model == m]) for m in models]
         over = np.median(values[truth > 20] / truth[truth > 20]) if name.endswith("sum_px") or name == "edge_fast_px" else None
-        lines.append((name, float(np.median(single)), min(single), max(single), _spearman(values, truth),
-                      _balanced_accuracy(values, truth), None if over is None else float(over)))
-    return (f"## Predictors against truth\n\n{len(models)} models × {len(rows) // len(models)} cameras (0…35°, 3…14 radii, capture at 8), "
-            "truth = pixels of the true picture whose surface the capture's front layer does not hold. Rank correlation per model and "
-            f"pooled; balanced accuracy of telling more than {HOLE_PX:.0f} such pixels, at the best threshold; over-estimate = median of "
-            "predicted over true pixels.\n\n"
-            + table(("predictor", "rank, median", "worst", "best", "pooled", "balanced accuracy", "over-estimate"), lines))
+        lines.append(
+            (
+                name,
+                float(np.median(single)),
+                min(single),
+                max(single),
+                _spearman(values, truth),
+                _balanced_accuracy(values, truth),
+                None if over is None else float(over),
+            )
+        )
+    return (
+        f"## Predictors against truth\n\n{len(models)} models × {len(rows) // len(models)} cameras (0…35°, 3…14 radii, capture at 8), "
+        "truth = pixels of the true picture whose surface the capture's front layer does not hold. Rank correlation per model and "
+        f"pooled; balanced accuracy of telling more than {HOLE_PX:.0f} such pixels, at the best threshold; over-estimate = median of "
+        "predicted over true pixels.\n\n"
+        + table(("predictor", "rank, median", "worst", "best", "pooled", "balanced accuracy", "over-estimate"), lines)
+    )
 
 
 def _pictures(rows: list[dict]) -> str:
-    parts = ["## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, no shadows; medians over the models. PSNR and SSIM over the "
-             "union of the silhouettes. Two captures: the eye in the middle between them, each that angle away."]
+    parts = [
+        "## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, no shadows; medians over the models. PSNR and SSIM over the "
+        "union of the silhouettes. Two captures: the eye in the middle between them, each that angle away."
+    ]
     for radii in sorted({r["radii"] for r in rows}):
         lines = []
         for way in dict.fromkeys(r["way"] for r in rows):
@@ -108,17 +121,30 @@ def _life(rows: list[dict]) -> str:
         chosen = [r for r in rows if r["way"] == way]
         lived = [r["frames"] / max(r["captures"], 1) for r in chosen]
         jumps = [r["jump"] for r in chosen if r["jump"] is not None]
-        lines.append((way, float(np.median(lived)), min(lived), float(np.median([r["psnr_median"] for r in chosen])),
-                      min(r["psnr_min"] for r in chosen), float(max(jumps)) if jumps else None,
-                      sum(r["geometry"] for r in chosen)))
-    return ("## Life\n\nOrbit at 1° a frame, 8 radii, with shadows, 2 × 2 samples, " + f"{len({r['model'] for r in rows})} models"
-            + "; frames per capture; worst frame over all models; largest jump = the frame difference at a renewal over the median frame "
-            "difference.\n\n"
-            + table(("life cycle", "frames per capture, median", "fewest", "PSNR, median", "PSNR, worst", "largest jump", "geometry frames"),
-                    lines))
+        lines.append(
+            (
+                way,
+                float(np.median(lived)),
+                min(lived),
+                float(np.median([r["psnr_median"] for r in chosen])),
+                min(r["psnr_min"] for r in chosen),
+                float(max(jumps)) if jumps else None,
+                sum(r["geometry"] for r in chosen),
+            )
+        )
+    return (
+        "## Life\n\nOrbit at 1° a frame, 8 radii, with shadows, 2 × 2 samples, "
+        + f"{len({r['model'] for r in rows})} models"
+        + "; frames per capture; worst frame over all models; largest jump = the frame difference at a renewal over the median frame "
+        "difference.\n\n"
+        + table(
+            ("life cycle", "frames per capture, median", "fewest", "PSNR, median", "PSNR, worst", "largest jump", "geometry frames"), lines
+        )
+    )
 
 
 def _speed(rows: list[dict]) -> str:
     return "## Speed\n\nG-buffer pass at 512², medians, milliseconds.\n\n" + table(
         ("triangles", "texture", "geometry", "impostor", "capture", "200 predictions"),
-        [(r["triangles"], r["texture"], r["geometry_ms"], r["impostor_ms"], r["capture_ms"], r["predict_200_ms"]) for r in rows])
+        [(r["triangles"], r["texture"], r["geometry_ms"], r["impostor_ms"], r["capture_ms"], r["predict_200_ms"]) for r in rows],
+    )

@@ -37,10 +37,10 @@ SPRITE_ONLY = LifeSettings(limit=1e-9, waiting=1e9)
 def predictors(stage: Stage, name: str) -> list[dict]:
     """60 cameras, 0…35° and 3…14 radii from captures at 8: predictions and truth (pixels never seen, fixed focal length)."""
     rng = np.random.default_rng(sum(name.encode()))
-    rows, size = [], (360, 360)
+    rows, size = [], (640, 640)
     for _ in range(3):
         base = rng.uniform(-180, 180), rng.uniform(0, 50)
-        impostor = stage.capture(stage.camera(*base, 8.0, half_fov_deg=20.0), size)
+        impostor = stage.capture(stage.camera(*base, 8.0, half_fov_deg=20.0), size, texels=1.0)
         for _ in range(20):
             tilt, turn = rng.uniform(0, 35), rng.uniform(0, 2 * np.pi)
             camera = stage.camera(base[0] + tilt * np.cos(turn), base[1] + tilt * np.sin(turn), rng.uniform(3, 14), half_fov_deg=20.0)
@@ -60,9 +60,14 @@ def pictures(stage: Stage, name: str) -> list[dict]:
             camera = stage.camera(30 + angle, 20, radii)
             second = stage.capture(stage.camera(30 + 2 * angle, 20, radii), (SIZE, SIZE))
             truth = stage.picture(camera, SIZE)
-            for way, textures, method in (("sprite", [both], "sprite"), ("forward", [front], "forward"), ("one layer", [front], "inverse"),
-                                          ("two layers", [both], "inverse"), ("two layers, orthographic", [flat], "inverse"),
-                                          ("two captures", [both, second], "inverse")):
+            for way, textures, method in (
+                ("sprite", [both], "sprite"),
+                ("forward", [front], "forward"),
+                ("one layer", [front], "inverse"),
+                ("two layers", [both], "inverse"),
+                ("two layers, orthographic", [flat], "inverse"),
+                ("two captures", [both, second], "inverse"),
+            ):
                 errors = picture_errors(*_pair(stage.picture(camera, SIZE, textures, method), truth))
                 rows.append({"model": name, "way": way, "angle": angle, "radii": radii, **asdict(errors)})
             second.release()
@@ -79,7 +84,10 @@ def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """One orbit at 8 radii per life cycle: stages, quality, jumps."""
     scene = load(name)
     rows = []
-    ways = {"sprite only": SPRITE_ONLY, **{p: LifeSettings(predictor=p) for p in ("edge_fast_px", "critical", "regions_sum", "regions_max_px")}}
+    ways = {
+        "sprite only": SPRITE_ONLY,
+        **{p: LifeSettings(predictor=p) for p in ("edge_fast_px", "critical", "regions_sum", "regions_max_px")},
+    }
     truths = _film(renderer, scene, degrees, None)[0]
     for way, rules in ways.items():
         group = ImpostorGroup("model", tuple(range(len(scene.object_names))))
@@ -89,10 +97,18 @@ def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
         quality = [psnr_db(a, b, u) for (a, u), (b, _) in zip(frames, truths, strict=True)]
         jumps = np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(frames[1:], frames[:-1], strict=True)])
         renewed = np.array([s == "regenerated" for s in stages[1:]])
-        rows.append({
-            "model": name, "way": way, "frames": len(stages), "captures": stages.count("regenerated"), "geometry": stages.count("geometry"),
-            "psnr_min": min(quality), "psnr_median": float(np.median(quality)),
-            "jump": float(jumps[renewed].max() / np.median(jumps)) if renewed.any() else None})
+        rows.append(
+            {
+                "model": name,
+                "way": way,
+                "frames": len(stages),
+                "captures": stages.count("regenerated"),
+                "geometry": stages.count("geometry"),
+                "psnr_min": min(quality),
+                "psnr_median": float(np.median(quality)),
+                "jump": float(jumps[renewed].max() / np.median(jumps)) if renewed.any() else None,
+            }
+        )
     return rows
 
 
@@ -103,8 +119,9 @@ def _film(renderer: Renderer, scene: object, degrees: int, choice: ImpostorChoic
     settings = Settings().replaced(fit={"kind": "scene", "size": 1024}, partition={"kind": "none"})
     for angle in range(degrees):
         camera = stage.camera(angle, 20, 8.0)
-        frame = renderer.render(scene, camera, stage.sun(), settings, (2 * SIZE, 2 * SIZE), ("combined", "object"), measure=False,
-                                impostors=choice)
+        frame = renderer.render(
+            scene, camera, stage.sun(), settings, (2 * SIZE, 2 * SIZE), ("combined", "object"), measure=False, impostors=choice
+        )
         picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3))
         frames.append((picture, (frame.passes["object"] >= 0).reshape(SIZE, 2, SIZE, 2).any(axis=(1, 3))))
         stages += [r.stage for r in frame.impostors]
@@ -128,8 +145,14 @@ def speed(worker: GpuWorker) -> list[dict]:
             textures = relief_set([impostor.edges] * 200)
             predicted = _milliseconds(lambda: predict(textures, camera, (512, 512), exact=False), 31)
             impostor.release()
-            return {"triangles": scene.triangle_count, "texture": size, "geometry_ms": geometry, "impostor_ms": drawn, "capture_ms": made,
-                    "predict_200_ms": predicted}
+            return {
+                "triangles": scene.triangle_count,
+                "texture": size,
+                "geometry_ms": geometry,
+                "impostor_ms": drawn,
+                "capture_ms": made,
+                "predict_200_ms": predicted,
+            }
 
         rows.append(worker.call(job))
     return rows

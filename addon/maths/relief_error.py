@@ -205,12 +205,17 @@ def _opening_px(view: _View, pairs: np.ndarray) -> np.ndarray:
 
 
 def _edge_terms(view: _View, textures: ReliefSet) -> np.ndarray:
-    """(E,) signed pixels that open behind each edge: width `max(0, (s_fg − s_bg)(p − e)·n − rest·s_bg)` times one texel of length."""
+    """(E,) signed pixels that open behind each edge: width
+    `max(0, (s_fg − s_bg)(p − e)·n − rest·(s_fg + s_bg)/2)` times one texel of length."""
     edges, owner = textures.edges, textures.edge_owner
     K = view.K[owner]
     uv, near, far, rest = edges[:, :2], edges[:, 4], edges[:, 5], edges[:, 6]
     along = ((K[:, :2] - uv * K[:, 2:]) * edges[:, 2:4]).sum(axis=1)
-    return edges[:, 7] * np.maximum(0.0, along * (near - far) - rest * (1.0 + K[:, 2] * near)) * view.area_scale(owner, uv, near, far)
+    return (
+        edges[:, 7]
+        * np.maximum(0.0, along * (near - far) - rest * (1.0 + 0.5 * K[:, 2] * (near + far)))
+        * view.area_scale(owner, uv, near, far)
+    )
 
 
 def _edge_sum_px(view: _View, textures: ReliefSet) -> np.ndarray:

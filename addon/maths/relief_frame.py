@@ -49,8 +49,9 @@ def resolution_5_1(screen_px: float, object_size: float, distance: float, half_f
 def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], choice: CaptureChoice = CaptureChoice()) -> CaptureFrame:
     """The frame that captures the object inside the convex hull of `hull_ws` (n, 3) for `camera` with an image of `size` (w, h) pixels.
 
-    Its normal is the line from the eye through the hull's middle, its rows run along the camera's X as far as that allows. One texel
-    covers 1/`texels_per_pixel` pixel at the quad's centre: RI 5-1 × D/(D − R) with the plane at D − R, also off the camera's axis.
+    A perspective capture lies parallel to the image, its texels on the pixels: from this eye it is the very picture, pixel by pixel. An
+    orthographic one faces the eye, its normal the line through the hull's middle. One texel covers 1/`texels_per_pixel` pixel (at the
+    quad's centre): RI 5-1 × D/(D − R) with the plane at D − R.
     Raises `SceneError` for a hull without extent, with a vertex that is not finite, behind, or around the camera.
     """
     hull = np.asarray(hull_ws, dtype=np.float64)
@@ -60,8 +61,7 @@ def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], ch
     if not extent_m > 0.0:
         raise SceneError("The impostor's object is a single point: there is nothing to capture.")
     centre = (hull.max(axis=0) + hull.min(axis=0)) / 2.0
-    axes = _facing_axes(camera, centre)
-    eye = camera.eye_ws
+    eye, axes = camera.eye_ws, _axes(camera, centre, choice)
     depths = (hull - eye) @ axes[2]
     front, depth_m = float(depths.min()), float(np.ptp(depths))
     smallest = camera.near - depth_m if camera.is_orthographic else SMALLEST_DISTANCE * max(depth_m, 1e-3 * extent_m)
@@ -73,7 +73,7 @@ def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], ch
 def _frame(
     hull: np.ndarray, axes: np.ndarray, front: float, depth_m: float, camera: Camera, size: tuple[int, int], choice: CaptureChoice
 ) -> CaptureFrame:
-    """The frame from axes (rows: right, down, away) and the hull relative to the eye."""
+    """The frame from axes (rows: right, down, away) and the hull relative to the eye; its corner is put on a corner of a pixel's texels."""
     through_eye = choice.perspective and not camera.is_orthographic
     across = hull @ axes[:2].T
     if through_eye:
@@ -81,32 +81,36 @@ def _frame(
     low, high = across.min(axis=0), across.max(axis=0)
     middle_ws = camera.eye_ws + (low + high) / 2.0 @ axes[:2] + front * axes[2]
     texel = 1.0 / (_pixels_per_metre(camera, size, middle_ws, axes) * choice.texels_per_pixel)
-    room = choice.max_texels - 2 * choice.margin_texels
+    room = choice.max_texels - 2 * choice.margin_texels - 1
     texel = max(texel, float((high - low).max()) / room)
     count = np.clip(np.ceil((high - low) / texel - 1e-9), 1, room).astype(int) + 2 * choice.margin_texels
+    corner_ws = middle_ws - (count / 2.0 * texel) @ axes[:2]
+    pixel = pixel_from_clip(size) @ camera.clip_from_world @ np.append(corner_ws, 1.0)
+    beyond = np.mod(pixel[:2] / pixel[2] * choice.texels_per_pixel + 1e-6, 1.0)
     world_from_plane = np.eye(4)
     world_from_plane[:3, :3] = (axes * [[texel], [texel], [1.0]]).T
-    world_from_plane[:3, 3] = middle_ws - (count / 2.0 * texel) @ axes[:2]
+    world_from_plane[:3, 3] = corner_ws - (beyond * texel) @ axes[:2]
+    count = count + 1
     bare = CaptureFrame(world_from_plane, ORTHOGRAPHIC_SOURCE, ORTHOGRAPHIC_SOURCE, int(count[0]), int(count[1]), depth_m)
     eye = eye_in_plane(bare, camera)
     return CaptureFrame(world_from_plane, eye if through_eye else ORTHOGRAPHIC_SOURCE, eye, bare.width, bare.height, depth_m)
 
 
-def _facing_axes(camera: Camera, centre_ws: np.ndarray) -> np.ndarray:
-    """(3, 3) rows right, down, away: away from the eye through `centre_ws`, right as near to the camera's X as possible."""
-    away = camera.direction_ws
-    if not camera.is_orthographic:
-        towards = centre_ws - camera.eye_ws
-        distance = float(np.linalg.norm(towards))
-        if not (distance > 0.0 and towards @ away > 0.0):
-            raise SceneError("The impostor's object lies behind the camera: turn the camera towards it.")
-        away = towards / distance
-    right = camera.world_from_view[:3, 0]
+def _axes(camera: Camera, centre_ws: np.ndarray, choice: CaptureChoice) -> np.ndarray:
+    """(3, 3) rows right, down, away: the image's own, or, for an orthographic capture, turned to face the eye."""
+    right, up, back = camera.world_from_view[:3, :3].T
+    if camera.is_orthographic:
+        return np.stack([right, -up, -back])
+    towards = centre_ws - camera.eye_ws
+    distance = float(np.linalg.norm(towards))
+    if not (distance > 0.0 and towards @ back < 0.0):
+        raise SceneError("The impostor's object lies behind the camera: turn the camera towards it.")
+    if choice.perspective:
+        return np.stack([right, -up, -back])
+    away = towards / distance
     right = right - (right @ away) * away
-    length = float(np.linalg.norm(right))
-    right = right / length if length > 1e-6 else camera.world_from_view[:3, 1]
     down = np.cross(away, right)
-    return np.stack([right, down / np.linalg.norm(down), away])
+    return np.stack([right / np.linalg.norm(right), down / np.linalg.norm(down), away])
 
 
 def _pixels_per_metre(camera: Camera, size: tuple[int, int], point_ws: np.ndarray, axes: np.ndarray) -> float:
@@ -134,8 +138,8 @@ def visible_extent(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera) -> 
 
 
 def tilt_rad(frame: CaptureFrame, camera: Camera) -> float:
-    """Angle at the quad's centre between the normal towards the capture's side and the direction to the camera's eye; above π/2: behind."""
-    middle = frame.world_from_plane @ [*frame.centre_uv, 0.0, 1.0]
-    towards = -camera.direction_ws if camera.is_orthographic else camera.eye_ws - middle[:3]
-    normal = -frame.world_from_plane[:3, 2]
-    return float(np.arctan2(np.linalg.norm(np.cross(normal, towards)), normal @ towards))
+    """The angle by which the view of the quad's centre has turned since the capture, 0…π."""
+    middle = np.array([*frame.centre_uv, 0.0])
+    metres = np.array([frame.texel_m, frame.texel_m, 1.0])
+    then, now = ((eye[:3] - eye[3] * middle) * metres for eye in (frame.eye, eye_in_plane(frame, camera)))
+    return float(np.arctan2(np.linalg.norm(np.cross(then, now)), then @ now))

@@ -161,7 +161,7 @@ def test_the_directional_sums_are_the_edge_sum(seed, perspective):
     ahead = seen.camera.eye_ws + rng.uniform(-1, 0.4) * (seen.camera.eye_ws - solids.hull.mean(axis=0)) * -1.0
     for camera in (random_eye(rng, solids.hull, seen.camera, False), look_at(ahead, solids.hull.mean(axis=0))):
         found = predict_one(edges, camera, IMAGE)
-        assert found["edge_fast_px"] == pytest.approx(found["edge_sum_px"], rel=0.1, abs=30.0)
+        assert found["edge_fast_px"] == pytest.approx(found["edge_sum_px"], rel=0.25, abs=60.0)
 
 
 def test_the_directional_sums_are_exact_for_orthographic_captures_of_orthographic_views():
