@@ -11,7 +11,7 @@ from math import inf
 from typing import Literal
 
 from .errors import SettingsError
-from .maths.choices import CONVERGENCES, FITS, PARTITIONS, WARPS
+from .maths.choices import CONVERGENCES, FITS, LOG_WARPS, PARTITIONS, WARPS
 from .option_words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
@@ -356,12 +356,30 @@ def applies(name: str, values: object) -> bool:
     return True if rule is None else rule(values)
 
 
-_NO_PARAMETER = ("uniform", "log", "logpsm")
+def unsuited(name: str, identifier: str, light_type: str | None) -> str | None:
+    """Why choosing `identifier` for option `name` means nothing under a light of Blender's type 'SUN', 'SPOT' or 'POINT'; None if it does.
+
+    `light_type` None: there is no light, a sun will be made.
+    """
+    if light_type not in _FINITE:
+        return None
+    kind = light_type.capitalize()
+    if name == "warp" and identifier in LOG_WARPS:
+        return f"{kind} light: drawn as a perspective warp, a logarithm needs a sun"
+    if name == "partition" and light_type == "POINT" and identifier != "none":
+        return "Point light: six maps, one for each side of a cube, not divided further"
+    if name == "partition" and identifier.startswith("faces"):
+        return f"{kind} light: divided in depth only, faces need a sun"
+    return None
+
+
+_FADING = ("lispsm-general", "log", "logpsm")
+_FINITE = ("SPOT", "POINT")
 _APPLIES = {
-    "eta": lambda v: v.warp not in _NO_PARAMETER,
-    "warp_parameter": lambda v: v.warp not in _NO_PARAMETER,
-    "pseudo_near": lambda v: v.warp not in _NO_PARAMETER or v.partition == "z-pseudo-near",
-    "convergence": lambda v: v.warp == "lispsm-general",
+    "eta": lambda v: v.warp != "uniform",
+    "warp_parameter": lambda v: v.warp != "uniform",
+    "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
+    "convergence": lambda v: v.warp in _FADING,
     "partitions": lambda v: v.partition not in ("none", "faces"),
     "split_weight": lambda v: v.partition == "z-pssm",
     "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,

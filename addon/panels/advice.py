@@ -6,10 +6,9 @@ import bpy
 
 from .. import session
 from .quality import number
-from .settings import SECTIONS, TAB
+from .settings import ORDER_OF_QUALITY, TAB
 
 MOST_ROWS = 8
-COLUMNS = ("Combination", "Maps", "p95", "p99", "> 1")
 
 
 def _cells(row: dict[str, object]) -> tuple[str, ...]:
@@ -26,12 +25,14 @@ def _cells(row: dict[str, object]) -> tuple[str, ...]:
 
 
 def _table(layout: bpy.types.UILayout, rows: list[dict[str, object]]) -> None:
-    columns = layout.box().row()
-    cells = [COLUMNS, *(_cells(row) for row in rows)]
-    for i in range(len(COLUMNS)):
-        column = columns.column(align=True)
-        for line in cells:
-            column.label(text=line[i])
+    """Two lines per combination, since a sidebar is narrow: what it is, and below it its maps and errors."""
+    box = layout.box().column(align=True)
+    box.label(text="Maps · m 95 % · m 99 % · above 1")
+    for row in rows:
+        name, *numbers = _cells(row)
+        box.separator()
+        box.label(text=name, icon="DOT")
+        box.label(text="     " + "  ·  ".join(numbers))
 
 
 class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
@@ -41,7 +42,7 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = TAB
-    bl_order = len(SECTIONS) + 1
+    bl_order = ORDER_OF_QUALITY
 
     def draw(self, _context: bpy.types.Context) -> None:
         """The button; the last advice below it."""

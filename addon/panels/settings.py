@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..options import BY_NAME, applies
+from ..options import BY_NAME, applies, unsuited
 from .compatible import ENGINE
+from .placing import draw_camera, draw_sun, draw_sun_study
 
 TAB = "CAD Shadow"
 
@@ -30,6 +31,55 @@ def draw_option(layout: bpy.types.UILayout, props: bpy.types.PropertyGroup, name
             column.prop(props, name, index=i, text=f"{option.label} {i + 1}")
     else:
         layout.prop(props, name)
+
+
+def light_type(context: bpy.types.Context) -> str | None:
+    """Blender's type of the light that will cast the shadows, as `sources` chooses it; None where one has to be made up."""
+    props = context.scene.cad_shadow
+    if props.light_source == "DIRECTION":
+        return "SUN"
+    if props.light_source == "OBJECT":
+        return props.light.data.type if props.light else None
+    found = {o.data.type for o in context.scene.objects if o.type == "LIGHT" and not o.hide_render}
+    return next((kind for kind in ("SUN", "SPOT", "POINT") if kind in found), None)
+
+
+def draw_choice(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], None]:
+    """Like `draw_options`, but of the first only what means something under this light can be chosen; a reason where that is not so now."""
+
+    def draw(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+        props, light = context.scene.cad_shadow, light_type(context)
+        option = BY_NAME[names[0]]
+        if not any(unsuited(option.name, item[0], light) for item in option.items):
+            draw_options(*names)(self, context)
+            return
+        self.layout.menu(
+            f"CAD_SHADOW_MT_{option.name}", text=next(label for key, label, _ in option.items if key == getattr(props, option.name))
+        )
+        draw_options(*names[1:])(self, context)
+        reason = unsuited(option.name, getattr(props, option.name), light)
+        if reason:
+            self.layout.label(text=reason, icon="INFO")
+
+    return draw
+
+
+def _draw_menu(name: str) -> Callable[[bpy.types.Menu, bpy.types.Context], None]:
+    def draw(self: bpy.types.Menu, context: bpy.types.Context) -> None:
+        light = light_type(context)
+        for key, _, _ in BY_NAME[name].items:
+            if unsuited(name, key, light) is None:
+                self.layout.prop_enum(context.scene.cad_shadow, name, key)
+
+    return draw
+
+
+def _menu(name: str) -> type[bpy.types.Menu]:
+    """The choices of an option that mean something under the present light."""
+    option, idname = BY_NAME[name], f"CAD_SHADOW_MT_{name}"
+    return type(
+        idname, (bpy.types.Menu,), {"__doc__": option.text, "bl_idname": idname, "bl_label": option.label, "draw": _draw_menu(name)}
+    )
 
 
 def draw_options(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], None]:
@@ -86,6 +136,7 @@ class Section:
 
 SECTIONS = (
     Section("preview", "Preview", draw_preview),
+    Section("camera", "Camera", draw_camera, "preview", True),
     Section("light", "Light", draw_light),
     Section(
         "ambient",
@@ -94,9 +145,11 @@ SECTIONS = (
         "light",
         True,
     ),
-    Section("warp", "Warp", draw_options("warp")),
+    Section("sun", "Sun by Place and Time", draw_sun, "light", True),
+    Section("sun_study", "Sun over a Day", draw_sun_study, "sun", True),
+    Section("warp", "Warp", draw_choice("warp")),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence"), "warp", True),
-    Section("partition", "Partition", draw_options("partition", "partitions", "split_weight", "alpha")),
+    Section("partition", "Partition", draw_choice("partition", "partitions", "split_weight", "alpha")),
     Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "filter_unit", "filter_width", "depths")),
     Section(
         "map_expert",
@@ -155,7 +208,8 @@ def render_panel(section: Section) -> type[bpy.types.Panel]:
     )
 
 
-CLASSES = tuple(make(section) for make in (sidebar_panel, render_panel) for section in SECTIONS)
+MENUS = tuple(_menu(name) for name in ("warp", "partition"))
+CLASSES = MENUS + tuple(make(section) for make in (sidebar_panel, render_panel) for section in SECTIONS)
 
 
 def register() -> None:
