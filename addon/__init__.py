@@ -10,9 +10,9 @@ from types import ModuleType
 
 def _parts() -> tuple[ModuleType, ...]:
     """What registers itself with Blender, in order."""
-    from . import command, engine, operators, overlays, panels, presets, properties, session, viewport
+    from . import command, engine, operators, overlays, panels, presets, properties, session, sun_properties, viewport
 
-    return properties, session, engine, viewport, operators, presets, overlays, panels, command
+    return sun_properties, properties, session, engine, viewport, operators, presets, overlays, panels, command
 
 
 def register() -> None:

@@ -15,6 +15,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 from .options import OPTIONS, Option, applies, with_options
 from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
 from .pipeline.settings import Settings
+from .sun_properties import CadShadowSun
 
 SETTINGS_VERSION = 1
 FLOAT_MAX = 3.4e38
@@ -116,6 +117,7 @@ class CadShadowSettings(bpy.types.PropertyGroup):
             soft_min=-1.0,
             soft_max=1.0,
         ),
+        "sun": PointerProperty(name="Sun", description="Place and time of the scene's sun", type=CadShadowSun),
     }
 
     @classmethod

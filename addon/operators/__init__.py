@@ -2,9 +2,10 @@
 
 import bpy
 
-from . import advise, analyse, export_report, import_cad, light_view, preview
+from . import advise, analyse, animate_sun, cameras, export_report, import_cad, light_view, place_sun, preview, sun_study
 
-_parts = (preview, analyse, light_view, advise, export_report)
+_parts = (preview, analyse, light_view, sun_study, advise, export_report)
+_in_panels_only = (*advise.ALSO, *cameras.OPERATORS, place_sun.OPERATOR, animate_sun.OPERATOR)
 
 
 def _draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -18,7 +19,7 @@ def register() -> None:
     """Offer the operators."""
     for part in _parts:
         bpy.utils.register_class(part.OPERATOR)
-    for operator in advise.ALSO:
+    for operator in _in_panels_only:
         bpy.utils.register_class(operator)
     bpy.types.TOPBAR_MT_render.append(_draw_menu)
     import_cad.register()
@@ -28,7 +29,7 @@ def unregister() -> None:
     """Remove the operators."""
     import_cad.unregister()
     bpy.types.TOPBAR_MT_render.remove(_draw_menu)
-    for operator in advise.ALSO:
+    for operator in _in_panels_only:
         bpy.utils.unregister_class(operator)
     for part in reversed(_parts):
         bpy.utils.unregister_class(part.OPERATOR)

@@ -6,13 +6,13 @@ import bpy
 
 from .. import session, sources
 from ..errors import Cancelled, UserError
-from ..job import Outcome, Pending, run
+from ..job import Outcome, Pending
 
 TIMER_S = 0.05
 
 
-class JobOperator:
-    """Mix-in: makes a job of the current view, runs it, remembers the outcome, and calls `finish(context, outcome)`."""
+class NeedsMeshes:
+    """Mix-in: grey while there is nothing to draw."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -22,10 +22,28 @@ class JobOperator:
             return False
         return True
 
+
+class JobOperator(NeedsMeshes):
+    """Mix-in: makes a job of the current view, runs it, remembers the outcome, and calls `finish(context, outcome)`.
+
+    Whoever asks for something else than one picture has a `start` and a `take` of their own.
+    """
+
+    def start(self, context: bpy.types.Context) -> Pending:
+        """Ask the worker; raises `UserError`."""
+        return Pending(sources.job_for_view(context))
+
+    def take(self, context: bpy.types.Context, outcome: Outcome) -> None:
+        """Use what `start` asked for."""
+        session.remember(outcome)
+        for warning in outcome.report["warnings"]:
+            self.report({"WARNING"}, warning)
+        self.finish(context, outcome)
+
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Render and wait."""
         try:
-            return self._done(context, run(sources.job_for_view(context)))
+            return self._done(context, self.start(context).result())
         except UserError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -35,7 +53,7 @@ class JobOperator:
         if context.window is None:
             return self.execute(context)
         try:
-            self._pending = Pending(sources.job_for_view(context))
+            self._pending = self.start(context)
         except UserError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -73,11 +91,8 @@ class JobOperator:
         context.window_manager.progress_end()
         context.window_manager.event_timer_remove(self._timer)
 
-    def _done(self, context: bpy.types.Context, outcome: Outcome) -> set[str]:
-        session.remember(outcome)
-        for warning in outcome.report["warnings"]:
-            self.report({"WARNING"}, warning)
-        self.finish(context, outcome)
+    def _done(self, context: bpy.types.Context, result: object) -> set[str]:
+        self.take(context, result)
         for area in context.screen.areas if context.screen else ():
             area.tag_redraw()
         return {"FINISHED"}

@@ -9,6 +9,7 @@ import bpy
 
 from ..options import BY_NAME, applies, unsuited
 from .compatible import ENGINE
+from .placing import draw_camera, draw_sun, draw_sun_study
 
 TAB = "CAD Shadow"
 
@@ -135,6 +136,7 @@ class Section:
 
 SECTIONS = (
     Section("preview", "Preview", draw_preview),
+    Section("camera", "Camera", draw_camera, "preview", True),
     Section("light", "Light", draw_light),
     Section(
         "ambient",
@@ -143,6 +145,8 @@ SECTIONS = (
         "light",
         True,
     ),
+    Section("sun", "Sun by Place and Time", draw_sun, "light", True),
+    Section("sun_study", "Sun over a Day", draw_sun_study, "sun", True),
     Section("warp", "Warp", draw_choice("warp")),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence"), "warp", True),
     Section("partition", "Partition", draw_choice("partition", "partitions", "split_weight", "alpha")),

@@ -1,0 +1,35 @@
+"""`cad_shadow.sun_study`: the current view at several times of the day, as one sheet. Esc cancels."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .. import image_editor, sources
+from ..sun_pictures import PendingStudy
+from ..sun_properties import hours_of, sky_of
+from ..sun_study import moments
+from .background import JobOperator
+
+IMAGE = f"{image_editor.NAME}: sun study"
+
+
+class CAD_SHADOW_OT_sun_study(JobOperator, bpy.types.Operator):
+    """Render the current view under the sun of several times of the day and show the pictures side by side"""
+
+    bl_idname = "cad_shadow.sun_study"
+    bl_label = "Sun Study"
+    bl_options = {"REGISTER"}
+
+    def start(self, context: bpy.types.Context) -> PendingStudy:
+        """Ask for the pictures."""
+        props = context.scene.cad_shadow.sun
+        clock, place = sky_of(props)
+        return PendingStudy(sources.job_for_view(context), moments(clock, place, *hours_of(props), props.steps))
+
+    def take(self, context: bpy.types.Context, sheet: np.ndarray) -> None:
+        """Show the sheet; the view's last report stays what it was."""
+        image_editor.show(context, image_editor.to_image(sheet, IMAGE))
+
+
+OPERATOR = CAD_SHADOW_OT_sun_study
