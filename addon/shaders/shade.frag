@@ -79,13 +79,13 @@ void main() {
             if (all(lessThanEqual(abs(q.xy), vec2(1.0))))
                 light = light_at(receiver_at(map, q, grad_s, grad_t, x_ws, geometric, light_ws, seen.noise_m, ids, id_of(info)), on_surface);
         }
-#if DATA
-        vec3 towards_eye = -normalize(along);
-        vec3 mid = light_ws + towards_eye;
-        mid = dot(mid, mid) > 1e-6 ? normalize(mid) : geometric;
-        errors = vec3(total_error(texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric)),
-                      directional_errors(texel_jacobian(grad_s, grad_t, move_x, move_y, along, mid)));
-#endif
+        if (DATA != 0 || u_display == 2) {
+            vec3 towards_eye = -normalize(along);
+            vec3 mid = light_ws + towards_eye;
+            mid = dot(mid, mid) > 1e-6 ? normalize(mid) : geometric;
+            errors = vec3(total_error(texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric)),
+                          directional_errors(texel_jacobian(grad_s, grad_t, move_x, move_y, along, mid)));
+        }
     } else if (faces) {
         light = 1.0;
     }
