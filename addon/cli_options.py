@@ -189,6 +189,11 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
         group.add_argument(
             "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"
         )
+    preview.add_argument(
+        "--light-view",
+        action="store_true",
+        help="also what the light sees: surfaces in the colour of their shadow map, outlines of maps and view",
+    )
     add_advise(commands)
     add_bench(commands)
     add_theory(commands)

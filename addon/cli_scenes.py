@@ -19,6 +19,8 @@ from .errors import UserError
 from .images.png import encode_png
 from .inputs import open_deck, open_input
 from .job import Outcome
+from .light_view import SIZE as LIGHT_VIEW_SIZE
+from .light_view import light_picture
 from .outputs import write_bytes, write_json, write_npz, write_pass, written
 from .pipeline.renderer import shared_renderer
 from .pipeline.settings import PASSES, Settings
@@ -104,6 +106,10 @@ def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse
     else:
         outcome = render(scene, request)
     written_files += write_data(outcome, stem, wanted, args.format)
+    if args.light_view:
+        path = stem.with_name(f"{stem.name}_light_view.png")
+        write_bytes(path, encode_png(light_picture(outcome.job, outcome.frame.plan, LIGHT_VIEW_SIZE)))
+        written_files.append(path.name)
     write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
     return outcome.report, f"{outcome.report['timing_ms']['total'] / 1e3:.2f} s, wrote {', '.join(written_files)}"
 

@@ -119,3 +119,22 @@ def test_the_lights_view_is_a_picture(cube_scene, blend):
     image = blend.data.images["CAD Shadow Preview: light's view"]
     assert tuple(image.size) == (960, 720)
     assert len(set(image.pixels[:4000:4])) >= 1
+
+
+def test_the_command_line_writes_the_lights_view(main, animated_blend, tmp_path):
+    assert main(["preview", str(animated_blend), "--light-view", "-o", str(tmp_path), "--quiet", "--size", "96x64"]) == 0
+    assert (tmp_path / "cube_light_view.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_overlay_has_lines_in_true_world_coordinates(extension, cube_scene, blend, session):
+    """The cube stands far from the world's origin; the camera's own split and its maps surround it."""
+    overlays = importlib.import_module(extension.__name__ + ".overlays")
+    for ob in cube_scene.objects:
+        ob.location.x += 500.0
+    assert blend.ops.cad_shadow.analyse() == {"FINISHED"}
+    used = sum(not p.is_empty for p in session.last().frame.plan.projections)
+    splits, maps, both = (overlays.segments_of(session.last(), what) for what in ("SPLITS", "MAPS", "BOTH"))
+    assert len(splits) == len(maps) == used
+    assert len(both) == 2 * used
+    for _, segments in maps:
+        assert abs(segments[..., 0].mean() - 500.0) < 20.0
