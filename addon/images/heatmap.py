@@ -12,11 +12,11 @@ TITLE = "m: picture pixels per shadow map texel"
 NOTHING = (70, 70, 76)
 INK, PAPER = (20, 20, 22), (240, 240, 240)
 
-# log2 m → sRGB: blue wastes texels, pale is ideal, yellow to dark red aliases
-_STOPS = np.array([-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0])
-_COLORS = np.array(
+# sRGB per doubling of m from LOG2_LOW to LOG2_HIGH: blue wastes texels, pale is ideal, yellow to dark red aliases
+SCALE_COLORS = np.array(
     [(33, 72, 160), (112, 164, 214), (232, 240, 226), (250, 214, 96), (240, 138, 45), (206, 48, 36), (110, 6, 40)], np.float64
 )
+_STOPS = np.linspace(LOG2_LOW, LOG2_HIGH, len(SCALE_COLORS))
 
 
 def scale_colors(m: np.ndarray) -> np.ndarray:
@@ -24,7 +24,7 @@ def scale_colors(m: np.ndarray) -> np.ndarray:
     m = np.asarray(m, dtype=np.float64)
     known = ~np.isnan(m)
     level = np.log2(np.clip(np.where(known, m, 1.0), 2.0**LOG2_LOW, 2.0**LOG2_HIGH))
-    color = np.stack([np.interp(level, _STOPS, _COLORS[:, c]) for c in range(3)], axis=-1)
+    color = np.stack([np.interp(level, _STOPS, SCALE_COLORS[:, c]) for c in range(3)], axis=-1)
     return np.where(known[..., None], np.rint(color), NOTHING).astype(np.uint8)
 
 

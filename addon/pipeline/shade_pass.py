@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import moderngl
 import numpy as np
 
+from ..images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
+from ..images.passes import id_colors
 from ..maths.projection import ShadowPlan
 from ..maths.view import Camera, Light
 from .draw_list import DrawList
@@ -46,13 +49,15 @@ class ShadePass:
     def draw(self, target: ShadeTarget, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList, triangles: tuple[BufferTexture, BufferTexture],
              camera: Camera, light: Light | None, plan: ShadowPlan | None, settings: Settings) -> None:
         """Shade `gbuffer` into `target`."""
-        program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, MAX_MAPS=MAX_MAPS,
+        shows_errors = settings.shading.display == "aliasing"
+        program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, ERRORS=target.data or shows_errors,
+                                     MAX_MAPS=MAX_MAPS, ERROR_COLORS=len(SCALE_COLORS),
                                      USE_OBJECT_COLORS=settings.shading.use_object_colors, **test_defines(settings.test))
         self._bind(program, gbuffer, maps, draw_list, triangles)
         along, start = pixel_rays(camera, target.size)
         set_uniforms(program, u_along_from_pixel=_column_major(along), u_start_from_pixel=_column_major(start),
                      u_map_count=len(plan.projections) if plan else 0, u_map_size=float(settings.fit.size),
-                     u_display=DISPLAYS.index(settings.shading.display), **_light_uniforms(light, settings), **_colors(settings),
+                     u_display=DISPLAYS.index(settings.shading.display), **_light_uniforms(light, settings), **_colors(settings), **_data_colors(),
                      **test_uniforms(settings.test, plan))
         self._block.write(plan_block(plan))
         target.framebuffer.use()
@@ -104,3 +109,11 @@ def _colors(settings: Settings) -> dict[str, object]:
     shading = settings.shading
     return {"u_ambient_sky": (*shading.ambient_sky, 1.0), "u_ambient_ground": (*shading.ambient_ground, 1.0),
             "u_background": shading.background, "u_clay": (*shading.clay, 1.0)}
+
+
+@cache
+def _data_colors() -> dict[str, object]:
+    """The colours of errors and maps, sRGB 0…1, those of the pictures written as files."""
+    rgb = {"u_error_colors": SCALE_COLORS, "u_map_colors": id_colors(np.arange(MAX_MAPS))}
+    return {name: np.asarray(colors / 255.0, np.float32).tobytes() for name, colors in rgb.items()} | {
+        "u_no_color": tuple(c / 255.0 for c in NOTHING), "u_error_scale": (LOG2_LOW, LOG2_HIGH)}

@@ -4,6 +4,8 @@ uniform vec4 u_spot;             // axis towards the light, cosine of the half a
 uniform float u_spot_blend;
 uniform vec4 u_ambient_sky, u_ambient_ground;
 uniform int u_display;           // DISPLAYS of pipeline/settings.py
+uniform vec3 u_error_colors[ERROR_COLORS], u_map_colors[MAX_MAPS], u_no_color;  // sRGB
+uniform vec2 u_error_scale;      // log2 m of the first and the last error colour
 
 // Distance and cone: 1 for a sun. Normalised so that a point light of strength 1 gives 1 at one metre.
 float light_falloff(vec3 x_ws) {
@@ -15,26 +17,30 @@ float light_falloff(vec3 x_ws) {
     return falloff * smoothstep(0.0, 1.0, (cosine - u_spot.w) / max((1.0 - u_spot.w) * u_spot_blend, 1e-5));
 }
 
-vec3 error_color(float m) {
-    if (m < 0.0) return vec3(0.5);
-    float x = clamp(log2(max(m, 1e-6)) / 4.0, -1.0, 1.0);  // 1/16 ... 16
-    vec3 cold = vec3(0.16, 0.33, 0.75), good = vec3(0.93, 0.93, 0.90), hot = vec3(0.78, 0.10, 0.08);
-    return x < 0.0 ? mix(good, cold, -x) : mix(good, hot, x);
+vec3 linear_from_srgb(vec3 c) {
+    return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
 }
 
-vec3 map_color(int map) {
-    if (map < 0) return vec3(0.5);
-    float hue = fract(float(map) * 0.61803398875) * 6.0;
-    vec3 rgb = clamp(abs(mod(hue + vec3(0.0, 4.0, 2.0), 6.0) - 3.0) - 1.0, 0.0, 1.0);
-    return mix(vec3(0.85), rgb, 0.55);
+// The heat map's scale, the same as in images/heatmap.py: one colour per doubling of m.
+vec3 error_color(float m) {
+    if (m < 0.0) return u_no_color;
+    float x = clamp(log2(max(m, 1e-6)), u_error_scale.x, u_error_scale.y) - u_error_scale.x;
+    int i = min(int(x), ERROR_COLORS - 2);
+    return mix(u_error_colors[i], u_error_colors[i + 1], x - float(i));
+}
+
+vec3 map_color(int map) { return map < 0 ? u_no_color : u_map_colors[map]; }
+
+// How bright a data colour is drawn, so that shape and shadows stay readable while the colour keeps its meaning.
+float data_shade(vec3 normal, float cosine, float light) {
+    return 0.5 + 0.2 * (0.5 + 0.5 * normal.z) + 0.3 * cosine * clamp(light, 0.0, 1.0);
 }
 
 vec3 displayed(vec3 color, vec3 normal, vec3 light_ws, float light, vec3 errors, int map) {
     vec3 ambient = mix(u_ambient_ground.rgb, u_ambient_sky.rgb, 0.5 + 0.5 * normal.z);
     float cosine = max(dot(normal, light_ws), 0.0);
-    vec3 arriving = ambient + u_light_color.rgb * (cosine * light);
     if (u_display == 1) return vec3(light);
-    if (u_display == 2) return error_color(errors.x) * (0.4 + 0.6 * arriving / max(max(arriving.r, arriving.g), max(arriving.b, 1.0)));
-    if (u_display == 3) return map_color(map) * arriving;
-    return color * arriving;
+    if (u_display == 2) return linear_from_srgb(error_color(errors.x) * data_shade(normal, cosine, light));
+    if (u_display == 3) return linear_from_srgb(map_color(map) * data_shade(normal, cosine, light));
+    return color * (ambient + u_light_color.rgb * (cosine * light));
 }
