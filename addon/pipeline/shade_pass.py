@@ -49,10 +49,8 @@ class ShadePass:
     def draw(self, target: ShadeTarget, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList, triangles: tuple[BufferTexture, BufferTexture],
              camera: Camera, light: Light | None, plan: ShadowPlan | None, settings: Settings) -> None:
         """Shade `gbuffer` into `target`."""
-        shows_errors = settings.shading.display == "aliasing"
-        program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, ERRORS=target.data or shows_errors,
-                                     MAX_MAPS=MAX_MAPS, ERROR_COLORS=len(SCALE_COLORS),
-                                     USE_OBJECT_COLORS=settings.shading.use_object_colors, **test_defines(settings.test))
+        program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, MAX_MAPS=MAX_MAPS,
+                                     ERROR_COLORS=len(SCALE_COLORS), USE_OBJECT_COLORS=settings.shading.use_object_colors, **test_defines(settings.test))
         self._bind(program, gbuffer, maps, draw_list, triangles)
         along, start = pixel_rays(camera, target.size)
         set_uniforms(program, u_along_from_pixel=_column_major(along), u_start_from_pixel=_column_major(start),
