@@ -26,6 +26,7 @@ from .readback import read_texture
 EMPTY = np.float32(1e9)
 BYTES_PER_TEXEL = 40
 APART_TEXELS = 0.25
+TILE = 8
 
 
 @dataclass(eq=False)
@@ -33,7 +34,7 @@ class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
     `layers` RGBA32F (|relief|, its gradient per texel in u and v, |relief| of the back); `normal`, `ids` as in the G-buffer, and the same
-    of the back layer. `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top.
+    of the back layer; `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first), `nearest` of all. `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top.
     """
 
     frame: CaptureFrame
@@ -42,6 +43,8 @@ class ImpostorTextures:
     ids: moderngl.Texture
     back_normal: moderngl.Texture
     back_ids: moderngl.Texture
+    tiles: moderngl.Texture
+    nearest: float
     edges: ReliefEdges
     depth_m: np.ndarray
     back_m: np.ndarray
@@ -57,7 +60,7 @@ class ImpostorTextures:
     def release(self) -> None:
         """Free the textures; idempotent."""
         if not self.is_released:
-            for texture in (self.layers, self.normal, self.ids, self.back_normal, self.back_ids):
+            for texture in (self.layers, self.normal, self.ids, self.back_normal, self.back_ids, self.tiles):
                 texture.release()
             self.is_released = True
 
@@ -105,7 +108,8 @@ def capture(
         mask = read_texture(front.ids)[..., 0] > 0
         depth, ends = _depths(frame, front, back, with_back)
         edges = relief_edges(frame, depth, mask, ends if with_back else None, choice or EdgeChoice())
-        layers = _layers_texture(context, frame, depth, ends, mask)
+        layers = _layers(frame, depth, ends, mask)
+        tiles = nearest_of_tiles(layers)
     except (SceneError, GpuError):
         device.unbind()
         for target in (front, back):
@@ -116,7 +120,19 @@ def capture(
         for thing in (target.framebuffer, target.view_depth, target.depth):
             thing.release()
     return ImpostorTextures(
-        frame, layers, front.normal, front.ids, back.normal, back.ids, edges, depth, ends, mask, fingerprint(draw_list, rows)
+        frame,
+        _texture(context, layers[::-1]),
+        front.normal,
+        front.ids,
+        back.normal,
+        back.ids,
+        _texture(context, tiles),
+        max(0.0, float(tiles.min())),
+        edges,
+        depth,
+        ends,
+        mask,
+        fingerprint(draw_list, rows),
     )
 
 
@@ -151,10 +167,8 @@ def _depths(frame: CaptureFrame, front: GBuffer, back: GBuffer, with_back: bool)
     return depth, np.where(read_texture(back.ids)[..., 0] > 0, np.maximum(ends, depth), depth)
 
 
-def _layers_texture(
-    context: moderngl.Context, frame: CaptureFrame, depth: np.ndarray, ends: np.ndarray, mask: np.ndarray
-) -> moderngl.Texture:
-    """`layers` of `ImpostorTextures`."""
+def _layers(frame: CaptureFrame, depth: np.ndarray, ends: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """(h, w, 4) float32: `layers` of `ImpostorTextures`, row 0 at the top."""
     near = np.where(mask, np.abs(relief_from_depth(frame.source, np.where(mask, depth, 0.0))), 0.0)
     far = np.abs(relief_from_depth(frame.source, np.where(mask, ends, 0.0)))
     unit = frame.texel_m / abs(float(frame.source[2]))
@@ -162,7 +176,22 @@ def _layers_texture(
     image[..., 0] = np.where(mask, near, EMPTY)
     image[..., 1], image[..., 2] = relief_gradient(near, mask, 1, unit), relief_gradient(near, mask, 0, unit)
     image[..., 3] = np.where(mask, far, -1.0)
-    texture = context.texture((frame.width, frame.height), 4, np.ascontiguousarray(image[::-1]).tobytes(), dtype="f4")
+    return image
+
+
+def nearest_of_tiles(layers: np.ndarray) -> np.ndarray:
+    """(⌈h/TILE⌉, ⌈w/TILE⌉) float32: no front surface in the square lies nearer, its slopes included; `EMPTY` without one."""
+    nearest = layers[..., 0] - 0.5 * np.abs(layers[..., 1:3]).sum(axis=-1)
+    height, width = (-(-n // TILE) for n in nearest.shape)
+    padded = np.full((height * TILE, width * TILE), EMPTY, np.float32)
+    padded[: nearest.shape[0], : nearest.shape[1]] = nearest
+    return padded.reshape(height, TILE, width, TILE).min(axis=(1, 3))
+
+
+def _texture(context: moderngl.Context, image: np.ndarray) -> moderngl.Texture:
+    """A float texture whose first row is the image's."""
+    components = 1 if image.ndim == 2 else image.shape[2]
+    texture = context.texture((image.shape[1], image.shape[0]), components, np.ascontiguousarray(image).tobytes(), dtype="f4", alignment=1)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
 

@@ -1,8 +1,8 @@
 """Drawing relief impostors into the G-buffer, as if they were geometry. Worker thread only.
 
 `inverse`: every pixel of the quad follows its view ray through the relief's texels (exact cell walk, front and back layer; no rubber
-sheets, since what lies behind a depth step is known to be unknown). `forward`: the texts' pre-warp, holes filled by interpolation, then the quad.
-`sprite`: the texture as it lies on the plane.
+sheets, since what lies behind a depth step is known to be unknown). `forward`: the texts' pre-warp, holes filled by interpolation, then
+the quad. `sprite`: the texture as it lies on the plane.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .device import Device
 from .gbuffer_pass import GBuffer
-from .impostor_capture import EMPTY, ImpostorTextures
+from .impostor_capture import EMPTY, TILE, ImpostorTextures
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 
 METHODS = ("inverse", "forward")
@@ -37,12 +37,13 @@ class _Source:
     ids: moderngl.Texture
     back_normal: moderngl.Texture
     back_ids: moderngl.Texture
+    tiles: moderngl.Texture
     size: tuple[int, int]
     corner: tuple[float, float] = (0.0, 0.0)
 
     def bind(self) -> None:
         """Bind all to their units."""
-        for name in ("layers", "normal", "ids", "back_normal", "back_ids"):
+        for name in ("layers", "normal", "ids", "back_normal", "back_ids", "tiles"):
             getattr(self, name).use(SAMPLER_UNITS[f"u_{name}"])
 
 
@@ -72,15 +73,17 @@ def draw_impostor(
     frame = impostor.frame
     warp = relief_warp(frame, camera)
     extent = np.array([[0.0, 0.0], [frame.width, frame.height]]) if method == "sprite" else visible_extent(frame, hull_ws, camera)
-    source = _Source(impostor.layers, impostor.normal, impostor.ids, impostor.back_normal, impostor.back_ids, (frame.width, frame.height))
+    source = _Source(
+        impostor.layers, impostor.normal, impostor.ids, impostor.back_normal, impostor.back_ids, impostor.tiles, (frame.width, frame.height)
+    )
     scratch = None
     if method == "forward":
         extent = _whole_texels(extent, frame)
         scratch = _Prewarped(device, source, frame, warp, extent)
         source = scratch.source
-    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method])
+    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE)
     _set(program, frame, camera, warp, extent, source)
-    set_uniforms(program, u_fade=fade, u_fade_rest=int(fade_rest))
+    set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest))
     source.bind()
     target.framebuffer.use()
     device.context.enable_only(moderngl.DEPTH_TEST)
@@ -138,7 +141,7 @@ class _Prewarped:
                 u_warp=tuple(float(k) * _away(frame) for k in warp.K),
             )
             _render(context, program, mode, count)
-        self.source = _Source(layers, normal, ids, normal, ids, size, tuple(map(float, extent[0])))
+        self.source = _Source(layers, normal, ids, normal, ids, source.tiles, size, tuple(map(float, extent[0])))
 
     def release(self) -> None:
         """Free the target."""

@@ -36,6 +36,7 @@ SAMPLER_UNITS = {
     "u_layers": 15,
     "u_back_normal": 16,
     "u_back_ids": 17,
+    "u_tiles": 18,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 
