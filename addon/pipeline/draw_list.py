@@ -82,8 +82,8 @@ class DrawList:
         spans: np.ndarray,
         baked_slots: int,
     ) -> DrawList:
-        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused), `spans` (S, 2) uint32
-        its triangles in the index pool (first, one past the last)."""
+        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused),
+        `spans` (S, 2) uint32 its triangles in the index pool (first, one past the last)."""
         table, info = _table(scene, rows_of_slot, baked_slots)
         slots = sum(len(g.slots) for g in groups)
         buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
@@ -141,7 +141,8 @@ class DrawList:
     def test_table(self, name: str) -> BufferTexture:
         """What some shadow tests look up by slot, made when first asked for.
 
-        'u_extents' (RGBA32F): half the extents of the slot's object, world axes, metres. 'u_spans' (RG32UI): its triangles in the index pool.
+        'u_extents' (RGBA32F): half the extents of the slot's object, world axes, metres.
+        'u_spans' (RG32UI): its triangles in the index pool.
         """
         if name not in self.on_demand:
             content = _half_extents(self.scene, self.rows_of_slot) if name == "u_extents" else self.spans

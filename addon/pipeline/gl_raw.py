@@ -24,7 +24,15 @@ _COMPLETE = 0x8CD5
 _DEPTH_COMPONENT, _DEPTH_COMPONENT32F, _FLOAT = 0x1902, 0x8CAC, 0x1406
 _NEAREST, _CLAMP_TO_EDGE = 0x2600, 0x812F
 _FILTERS_AND_WRAPS = ((0x2801, _NEAREST), (0x2800, _NEAREST), (0x2802, _CLAMP_TO_EDGE), (0x2803, _CLAMP_TO_EDGE))
-BUFFER_FORMATS = {"r32f": 0x822E, "rgb32f": 0x8815, "rgba32f": 0x8814, "r32ui": 0x8236, "rg32ui": 0x823C, "rgb32ui": 0x8D71, "rgba32ui": 0x8D70}
+BUFFER_FORMATS = {
+    "r32f": 0x822E,
+    "rgb32f": 0x8815,
+    "rgba32f": 0x8814,
+    "r32ui": 0x8236,
+    "rg32ui": 0x823C,
+    "rgb32ui": 0x8D71,
+    "rgba32ui": 0x8D70,
+}
 
 _uint, _int, _void = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 _names = ctypes.POINTER(_uint)

@@ -13,7 +13,7 @@ PER_TARGET = 4
 
 
 class NsmCells:
-    """RGBA32F arrays that hold four depths of a cell each (one fetch up to n = 4), with RGBA32UI arrays of their ids where the map has ids."""
+    """RGBA32F arrays that hold four depths of a cell each (one fetch up to n = 4), and their ids where the map has ids."""
 
     def __init__(self, context: moderngl.Context, size: int, layers: int, depths: int, ids: moderngl.TextureArray | None) -> None:
         targets = -(-depths // PER_TARGET)
@@ -27,12 +27,15 @@ class NsmCells:
 
     def inputs(self) -> dict[str, moderngl.TextureArray]:
         """The arrays by sampler name."""
-        return ({f"u_cells_{i}": texture for i, texture in enumerate(self.depths)}
-                | {f"u_cell_ids_{i}": texture for i, texture in enumerate(self.ids)})
+        return {f"u_cells_{i}": texture for i, texture in enumerate(self.depths)} | {
+            f"u_cell_ids_{i}": texture for i, texture in enumerate(self.ids)
+        }
 
     def select(self, programs: Programs, depth: DepthArray, plan: ShadowPlan) -> None:
         """Fill the cells from the map's depths (and ids)."""
-        program = programs.get("fullscreen.vert", "nsm.frag", DEPTHS=self._depths, WITH_IDS=int(bool(self.ids)), **neighbour_define(self._depths))
+        program = programs.get(
+            "fullscreen.vert", "nsm.frag", DEPTHS=self._depths, WITH_IDS=int(bool(self.ids)), **neighbour_define(self._depths)
+        )
         if self._array is None:
             self._array = self._context.vertex_array(program, [])
         self._context.enable_only(moderngl.NOTHING)

@@ -26,7 +26,9 @@ class ShadowMaps:
     def __init__(self, context: moderngl.Context, size: int, layers: int, test: TestChoice) -> None:
         limit = context.info["GL_MAX_TEXTURE_SIZE"]
         if size > limit:
-            raise GpuError(f"A shadow map of {size} texels is larger than this driver's limit of {limit}: choose a map size of {limit} or less.")
+            raise GpuError(
+                f"A shadow map of {size} texels is larger than this driver's limit of {limit}: choose a map size of {limit} or less."
+            )
         if layers > MAX_MAPS:
             raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
         self.size, self.layers = size, layers
@@ -62,8 +64,9 @@ def id_array(context: moderngl.Context, size: int, layers: int, components: int)
     return array
 
 
-def draw_shadow_maps(context: moderngl.Context, programs: Programs, maps: ShadowMaps, draw_list: DrawList, plan: ShadowPlan,
-                     test: TestChoice) -> int:
+def draw_shadow_maps(
+    context: moderngl.Context, programs: Programs, maps: ShadowMaps, draw_list: DrawList, plan: ShadowPlan, test: TestChoice
+) -> int:
     """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp)."""
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
     context.enable_only(moderngl.DEPTH_TEST)

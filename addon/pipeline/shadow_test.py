@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..maths.projection import ShadowPlan
+from ..maths.shadow_tests import spread_neighbours
 from .settings import BIASES, FILTER_UNITS, TESTS, TestChoice
 
 # Numbers of the automatic bias and the exact test, by measurement (docs/shadow_tests.md).
-AUTO_TILT = 1.0
+AUTO_TILT = 0.3
 AUTO_FLAT = 0.0
+RISE = 1.5
 FAR_TEXELS = 3.0
+ID_FAR_TEXELS = 1.0
 REACH = 1
 BLOCK = 8
 STEEPEST_TANGENT = 16.0
@@ -26,15 +27,9 @@ def ids_kind(test: TestChoice) -> int:
     return {"depth": IDS_NONE, "id-depth": IDS_OBJECT, "triangle": IDS_TRIANGLE}[test.kind]
 
 
-def neighbours(depths: int) -> list[tuple[int, int]]:
-    """The n − 1 cells whose depths an n-SM (n ≥ 4) keeps beside its own: spread evenly round the centre (SMMVP §4.5.4)."""
-    angles = math.pi / 2 + 2.0 * math.pi * np.arange(depths - 1) / (depths - 1)
-    return [(int(x), int(y)) for x, y in np.rint(1.2 * np.stack([np.cos(angles), np.sin(angles)], axis=-1))]
-
-
 def neighbour_define(depths: int) -> dict[str, str]:
     """The define `NEIGHBOURS` of common_neighbours.glsl."""
-    return {"NEIGHBOURS": ", ".join(f"ivec2({x}, {y})" for x, y in neighbours(depths))} if depths >= 4 else {}
+    return {"NEIGHBOURS": ", ".join(f"ivec2({x}, {y})" for x, y in spread_neighbours(depths).tolist())} if depths >= 4 else {}
 
 
 def test_defines(test: TestChoice) -> dict[str, int | float | str]:
@@ -45,17 +40,32 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
     names |= {f"BIAS_{name.upper().replace('-', '_')}": i for i, name in enumerate(BIASES)}
     names |= {f"FILTER_{name.upper()}S": i for i, name in enumerate(FILTER_UNITS)}
     return {
-        **names, **neighbour_define(test.depths), "TEST": TESTS.index(test.kind), "BIAS": BIASES.index(test.bias_strategy),
-        "FILTER_UNIT": FILTER_UNITS.index(test.filter_unit), "PCF_SIDE": side, "TAP_SPACING": width / side, "DEPTHS": test.depths,
-        "ID_PER_MATERIAL": int(test.id_per_material), "REACH": REACH, "BLOCK": BLOCK, "FAR_TEXELS": FAR_TEXELS, "AUTO_TILT": AUTO_TILT, "AUTO_FLAT": AUTO_FLAT,
+        **names,
+        **neighbour_define(test.depths),
+        "TEST": TESTS.index(test.kind),
+        "BIAS": BIASES.index(test.bias_strategy),
+        "FILTER_UNIT": FILTER_UNITS.index(test.filter_unit),
+        "PCF_SIDE": side,
+        "TAP_SPACING": width / side,
+        "DEPTHS": test.depths,
+        "ID_PER_MATERIAL": int(test.id_per_material),
+        "REACH": REACH,
+        "BLOCK": BLOCK,
+        "FAR_TEXELS": ID_FAR_TEXELS if test.kind == "id-depth" else FAR_TEXELS,
+        "AUTO_TILT": AUTO_TILT,
+        "AUTO_FLAT": AUTO_FLAT,
+        "RISE": RISE,
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
     }
 
 
 def test_uniforms(test: TestChoice, plan: ShadowPlan | None) -> dict[str, float]:
     """`u_bias` (metres or texels, as the strategy has it) and the epsilons (metres; −1 = automatic)."""
-    return {"u_bias": _bias(test, plan), "u_epsilon": -1.0 if test.epsilon is None else test.epsilon,
-            "u_epsilon_far": -1.0 if test.epsilon_far is None else test.epsilon_far}
+    return {
+        "u_bias": _bias(test, plan),
+        "u_epsilon": -1.0 if test.epsilon is None else test.epsilon,
+        "u_epsilon_far": -1.0 if test.epsilon_far is None else test.epsilon_far,
+    }
 
 
 def _bias(test: TestChoice, plan: ShadowPlan | None) -> float:

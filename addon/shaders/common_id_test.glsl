@@ -22,9 +22,9 @@ Limits limits_of(Receiver r) {
     return Limits(near_m, max(near_m, far_m));
 }
 
-bool is_dark(Receiver r, Limits limits, ivec2 cell, float depth, uint id) {
-    float to_plane = height_above(r, vec3(cell_ndc(cell), depth)) / max(r.facing, 1.0 / STEEPEST_TANGENT);
-    float to_receiver = distance_above(r, depth);
+// `height`: of the stored depth over the receiver's plane.
+bool is_dark(Receiver r, Limits limits, float height, float depth, uint id) {
+    float to_plane = height / max(r.facing, 1.0 / STEEPEST_TANGENT), to_receiver = distance_above(r, depth);
     float near_side = u_epsilon >= 0.0 ? to_receiver : to_plane;
     float far_side = u_epsilon_far >= 0.0 ? to_receiver : to_plane;
     return far_side > limits.far_m || (id != r.id && near_side > limits.near_m);

@@ -15,7 +15,7 @@ uniform mat3 u_start_from_pixel;   // world point at view depth 0
 uniform vec4 u_background, u_clay;
 layout(location = 0) out vec4 out_combined;
 #if DATA
-layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; light 0...1
+layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; what the shadow lets through, 0...1
 layout(location = 2) out vec4 out_normal;
 layout(location = 3) out ivec2 out_ids;     // object or -1, map or -1
 #endif
@@ -89,9 +89,9 @@ void main() {
     } else if (faces) {
         light = 1.0;
     }
-    light *= light_falloff(x_ws);
+    float arriving = light * light_falloff(x_ws);
     vec3 color = USE_OBJECT_COLORS != 0 ? base_color(slot).rgb : u_clay.rgb;
-    out_combined = vec4(displayed(color, smooth_normal, light_ws, light, errors, map), 1.0);
+    out_combined = vec4(displayed(color, smooth_normal, light_ws, arriving, errors, map), 1.0);
 #if DATA
     out_errors = vec4(errors, light);
     out_normal = vec4(smooth_normal, view_depth);
