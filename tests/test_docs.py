@@ -63,7 +63,7 @@ def test_links_and_pictures_lead_somewhere(page):
 
 def test_every_page_is_in_the_navigation():
     listed = set(re.findall(r": (\w+\.md)$", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"), re.MULTILINE))
-    assert listed == {page.name for page in DOCS.glob("*.md")}
+    assert listed == {page.name for page in DOCS.glob("*.md")}, "mkdocs.yml's nav and the files of docs/ differ"
 
 
 @pytest.mark.parametrize(("page", "line"), shown_commands())
