@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from .parts import attach, detach
+
 
 def _parts() -> tuple[ModuleType, ...]:
     """What registers itself with Blender, in order."""
@@ -17,18 +19,9 @@ def _parts() -> tuple[ModuleType, ...]:
 
 def register() -> None:
     """Attach everything to Blender; if one part fails, those before it are taken back."""
-    done: list[ModuleType] = []
-    try:
-        for part in _parts():
-            part.register()
-            done.append(part)
-    except BaseException:
-        for part in reversed(done):
-            part.unregister()
-        raise
+    attach(_parts())
 
 
 def unregister() -> None:
     """Detach everything: no class, property, handler, timer, thread or GL object stays."""
-    for part in reversed(_parts()):
-        part.unregister()
+    detach(_parts())

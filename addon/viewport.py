@@ -16,6 +16,7 @@ import numpy as np
 from . import sources
 from .errors import Cancelled, UserError
 from .job import Job, Pending
+from .rendering import ENGINE
 
 COARSE = 2  # pixels and map texels per side are divided by this while the view moves
 STILL_S = 0.25
@@ -151,9 +152,22 @@ def register() -> None:
     """Nothing to do before the first viewport shows Rendered shading."""
 
 
+def _leave_rendered() -> None:
+    """Every viewport that shows this engine goes to Solid. Blender would go on with EEVEE, whose shaders may take a minute to compile."""
+    shown = {window.screen: window.scene for window in bpy.context.window_manager.windows}
+    engines = {scene.render.engine for scene in shown.values()}
+    for screen in bpy.data.screens:
+        if (shown[screen].render.engine == ENGINE) if screen in shown else (ENGINE in engines):
+            for area in screen.areas:
+                for space in area.spaces:
+                    if space.type == "VIEW_3D" and space.shading.type == "RENDERED":
+                        space.shading.type = "SOLID"
+
+
 def unregister() -> None:
-    """Close every live view and stop the timer."""
+    """Close every live view, leave Rendered shading and stop the timer."""
     for view in list(_views):
         view.close()
     if bpy.app.timers.is_registered(_tick):
         bpy.app.timers.unregister(_tick)
+    _leave_rendered()

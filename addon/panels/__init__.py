@@ -1,5 +1,6 @@
 """The sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
 
+from ..parts import attach, detach
 from . import advice, compatible, quality, settings
 
 _parts = (settings, quality, advice, compatible)
@@ -7,11 +8,9 @@ _parts = (settings, quality, advice, compatible)
 
 def register() -> None:
     """Show the panels."""
-    for part in _parts:
-        part.register()
+    attach(_parts)
 
 
 def unregister() -> None:
     """Remove the panels."""
-    for part in reversed(_parts):
-        part.unregister()
+    detach(_parts)

@@ -98,3 +98,20 @@ def test_blender_ends_though_the_extension_is_enabled_and_has_rendered(tmp_path)
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, cwd=tmp_path)
     assert "rendered" in done.stdout, done.stderr
     assert done.returncode == 0, done.stderr
+
+
+def test_disabled_it_leaves_rendered_shading_of_its_engine_and_no_other(cube_scene, addon_utils):
+    import bpy
+
+    def spaces():
+        return [space for screen in bpy.data.screens for area in screen.areas for space in area.spaces if space.type == "VIEW_3D"]
+
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    assert spaces()
+    for engine, expected in (("CAD_SHADOW_PREVIEW", "SOLID"), ("BLENDER_WORKBENCH", "RENDERED")):
+        bpy.context.scene.render.engine = engine
+        for space in spaces():
+            space.shading.type = "RENDERED"
+        toggle(addon_utils)
+        assert {space.shading.type for space in spaces()} == {expected}
+        assert bpy.context.scene.render.engine == engine

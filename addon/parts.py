@@ -1,0 +1,49 @@
+"""Registering several things as one: all or none, and nothing that can be taken back stays because something else failed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Protocol
+
+
+class Part(Protocol):
+    """What can be attached to Blender and detached again: a module with these two functions."""
+
+    def register(self) -> None:
+        """Attach it."""
+
+    def unregister(self) -> None:
+        """Detach it."""
+
+
+def attach(parts: Sequence[Part]) -> None:
+    """Register in order. If one fails, those before it are detached and its error is raised."""
+    done: list[Part] = []
+    try:
+        for part in parts:
+            part.register()
+            done.append(part)
+    except BaseException as error:
+        for note in _detached(reversed(done)):
+            error.add_note(f"and while taking back: {note!r}")
+        raise
+
+
+def detach(parts: Sequence[Part]) -> None:
+    """Unregister in reverse order. Each is tried; afterwards the first error is raised, the others noted on it."""
+    errors = _detached(reversed(parts))
+    if errors:
+        for other in errors[1:]:
+            errors[0].add_note(f"and then: {other!r}")
+        raise errors[0]
+
+
+def _detached(parts: Iterable[Part]) -> list[BaseException]:
+    """Unregister each; what went wrong."""
+    errors = []
+    for part in parts:
+        try:
+            part.unregister()
+        except BaseException as error:  # the others must be tried too; raised by the caller
+            errors.append(error)
+    return errors
