@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
+from .cli_batch import run_inputs, run_worker
 from .cli_options import build_parser, joined
 from .errors import SettingsError, UserError
 from .options import with_options
@@ -47,11 +48,12 @@ def main(argv: list[str]) -> int:
             file=sys.stderr,
         )
         return MISUSED
+    args.argv = argv
     with chatter_silenced() as out:
-        from .cli_scenes import process  # imports Blender, which talks
-
-        reports = process(args, lambda line: None if args.quiet else print(line, file=sys.stderr))
-        return finish(args, reports, out)
+        if args.worker:
+            run_worker(args, out)
+            return DONE
+        return finish(args, run_inputs(args), out)
 
 
 def read_settings(path: str | None) -> dict[str, object]:

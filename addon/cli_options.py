@@ -11,6 +11,7 @@ import re
 from math import inf, radians
 
 from .advice.goal import MOST_FRAMES, picked_frames
+from .cli_batch_options import NO_BATCH, add_batch, add_preset, add_sun
 from .options import OPTIONS, Option
 from .pipeline.settings import PASSES
 
@@ -109,6 +110,8 @@ SECTIONS = {
 def add_method(parser: argparse.ArgumentParser, *sections: str) -> None:
     """The options of these sections."""
     by_name = {option.name: option for option in OPTIONS}
+    if sections == tuple(SECTIONS):
+        add_preset(parser)
     for section in sections:
         group = parser.add_argument_group(section)
         for name in SECTIONS[section]:
@@ -128,7 +131,7 @@ def add_reporting(parser: argparse.ArgumentParser, folder: bool = True) -> None:
     group.add_argument("--json", action="store_true", help="the report as JSON on standard output, and nothing else there")
 
 
-def add_view(parser: argparse.ArgumentParser) -> None:
+def add_view(parser: argparse.ArgumentParser, has_light_direction: bool = True) -> None:
     """What is looked at, under which light."""
     group = parser.add_argument_group("view")
     which = group.add_mutually_exclusive_group()
@@ -147,13 +150,21 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     light.add_argument(
         "--light", metavar="NAME", help="a sun, spot or point light of the scene (default: the strongest sun, else one from the upper left)"
     )
-    light.add_argument("--light-direction", type=vector, metavar="X,Y,Z", help="a sun; the direction towards it")
+    if has_light_direction:
+        light.add_argument("--light-direction", type=vector, metavar="X,Y,Z", help="a sun; the direction towards it")
+    else:
+        parser.set_defaults(light_direction=None)
 
 
 def add_inputs(parser: argparse.ArgumentParser) -> None:
     """What is drawn."""
     group = parser.add_argument_group("input")
-    group.add_argument("inputs", nargs="*", metavar="INPUT", help=".blend or CAD file: .step .stp .stl .obj .ply .off .3mf .glb .gltf")
+    group.add_argument(
+        "inputs",
+        nargs="*",
+        metavar="INPUT",
+        help=".blend or CAD file: .step .stp .stl .obj .ply .off .3mf .glb .gltf; a folder of such; or a pattern: parts/*.step",
+    )
     group.add_argument(
         "--deck", type=int, metavar="TRIANGLES", help="draw the example too: a procedural oil-platform deck of about so many triangles"
     )
@@ -181,6 +192,8 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
         add_reporting(command)
         add_view(command)
         add_method(command, *SECTIONS)
+    for command in (preview, analyse, compare):
+        add_batch(command, makes_pictures=command is not analyse)
     for command in (preview, analyse):
         group = command.add_argument_group("output")
         group.add_argument(
@@ -194,10 +207,24 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
         action="store_true",
         help="also what the light sees: surfaces in the colour of their shadow map, outlines of maps and view",
     )
+    add_sun_study(commands)
     add_advise(commands)
     add_bench(commands)
     add_theory(commands)
     return parser
+
+
+def add_sun_study(commands: argparse._SubParsersAction) -> None:
+    """`sun-study`: an input at several times of a day."""
+    command = commands.add_parser(
+        "sun-study", help="the shadows of a day", description="Render each input under the sun of several times of a day, on one sheet."
+    )
+    add_sun(command)
+    add_inputs(command)
+    add_reporting(command)
+    add_view(command, has_light_direction=False)
+    add_method(command, *SECTIONS)
+    add_batch(command)
 
 
 def frame_list(text: str) -> tuple[int, ...]:
@@ -231,6 +258,7 @@ def add_advise(commands: argparse._SubParsersAction) -> None:
         metavar="A-B",
         help=f"frames of the animation, {MOST_FRAMES} of them are looked at (default: one)",
     )
+    command.set_defaults(**NO_BATCH)
     search.add_argument("--seconds", type=float, default=120.0, metavar="S", help="decide after this time at the latest (default 120)")
     add_inputs(command)
     add_reporting(command)
@@ -245,6 +273,7 @@ def add_bench(commands: argparse._SubParsersAction) -> None:
         help="frame times, beside the bare passes and Blender's engines",
         description="Move the camera, time every frame, interleaved with the rivals; ratios of medians are what counts.",
     )
+    bench.set_defaults(**NO_BATCH)
     add_inputs(bench)
     add_reporting(bench)
     add_view(bench)

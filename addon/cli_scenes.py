@@ -5,23 +5,27 @@ from __future__ import annotations
 import argparse
 import sys
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
 
-from . import register, unregister
+from . import presets, register, unregister
+from .batch.items import Item
+from .batch.stamp import request_digest, stamp_of, stamped
+from .batch.workers import Answer
 from .bench import Course, run, text_table
 from .cli import chosen_settings
 from .cli_advise import advise_command
+from .cli_sun import sun_study_command
 from .errors import UserError
 from .images.png import encode_png
 from .inputs import open_deck, open_input
 from .job import Outcome
 from .light_view import SIZE as LIGHT_VIEW_SIZE
 from .light_view import light_picture
-from .outputs import write_bytes, write_json, write_npz, write_pass, written
+from .outputs import recorded, write_bytes, write_json, write_npz, write_pass, written
 from .pipeline.renderer import shared_renderer
 from .pipeline.settings import PASSES, Settings
 from .properties import settings_from
@@ -31,14 +35,12 @@ from .truth import TruthTracer, compare
 from .truth.compare import COMPARED_PASSES
 from .views import Lens, camera_maker, light_maker
 
-Say = Callable[[str], None]
 
-
-def process(args: argparse.Namespace, say: Say) -> list[dict[str, object]]:
-    """One report per input, in order."""
-    sources = [*args.inputs, *([] if args.deck is None else [None])]
+def answers_here(items: list[Item], args: argparse.Namespace) -> Iterator[tuple[Item, Answer]]:
+    """Every item with its report and a line that sums it up, in order, made in this process."""
     with registered():
-        return [_one(source, args, say, f"[{i}/{len(sources)}] ") for i, source in enumerate(sources, 1)]
+        for item in items:
+            yield item, one(item, args)
 
 
 @contextmanager
@@ -54,35 +56,39 @@ def registered() -> Iterator[None]:
         unregister()
 
 
-def _one(source: str | None, args: argparse.Namespace, say: Say, count: str) -> dict[str, object]:
-    name = source or f"deck:{args.deck}"
+def one(item: Item, args: argparse.Namespace) -> Answer:
+    """The report of one input, and a line that sums it up; a failure is a report too."""
     settings = None
     try:
-        scene, warnings = open_deck(args.deck) if source is None else open_input(source, args.units, args.up_axis)
+        stamp = stamp_of(item, request_digest(args)) if args.is_batch and Path(item.source or ".").exists() else None
+        scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
+        if args.preset is not None:
+            presets.apply(scene, args.preset)
         settings = chosen_settings(settings_from(scene.cad_shadow), args)
         if args.crease_angle is not None:
             scene.cad_shadow.crease_angle = args.crease_angle
-        report, line = COMMANDS[args.command](scene, request_for(name, args, settings, warnings), stem_of(source, args), args)
+        with recorded() as files:
+            report, line = COMMANDS[args.command](scene, request_for(item.name, args, settings, warnings), item.stem, args)
+        return _stamped(report, stamp, files, item, args), line
     except UserError as error:
-        print(f"cad_shadow: {name}: {error}", file=sys.stderr)
-        return failed_report(name, settings, str(error))
+        return failed_report(item.name, settings, str(error)), ""
     except Exception as error:  # a defect of ours must not cost the inputs that follow
         traceback.print_exc()
-        return failed_report(name, settings, f"{type(error).__name__}: {error}: please report this.")
-    say(f"{count}{name}: {line}")
-    for warning in report["warnings"]:
-        say(f"    {warning}")
-    return report
+        return failed_report(item.name, settings, f"{type(error).__name__}: {error}: please report this."), ""
 
 
-def stem_of(source: str | None, args: argparse.Namespace) -> Path:
-    """Output folder / input's name without its suffix (with it, where two inputs differ only there): what all its files start with."""
+def _stamped(
+    report: dict[str, object], stamp: dict[str, object] | None, files: list[Path], item: Item, args: argparse.Namespace
+) -> dict[str, object]:
+    """In a batch the report, in its file too, also says what it was made from and what was written."""
+    if stamp is None:
+        return report
     folder = Path(args.output or ".")
-    if source is None:
-        return folder / f"deck_{args.deck}"
-    path = Path(source)
-    namesakes = [other for other in args.inputs if Path(other).stem == path.stem]
-    return folder / (path.stem if len(namesakes) == 1 else path.name.replace(".", "_"))
+    inside = [path for path in files if path.is_relative_to(folder.absolute()) and path != item.report_path.absolute()]
+    report = stamped(report, stamp, inside, folder)
+    if item.report_path.absolute() in files:
+        write_json(item.report_path, report)
+    return report
 
 
 def request_for(name: str, args: argparse.Namespace, settings: Settings, warnings: tuple[str, ...]) -> Request:
@@ -178,4 +184,7 @@ def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: ar
     return report, text_table(result)
 
 
-COMMANDS = {"advise": advise_command, "bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command}
+COMMANDS = {
+    "advise": advise_command, "bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command,
+    "sun-study": sun_study_command,
+}

@@ -17,6 +17,19 @@ from .images.passes import channels_of, picture_of
 from .images.png import encode_png
 from .job import Outcome
 
+_records: list[list[Path]] = []
+
+
+@contextmanager
+def recorded() -> Iterator[list[Path]]:
+    """A list that while this lasts gets the absolute path of every file written, in order."""
+    paths: list[Path] = []
+    _records.append(paths)
+    try:
+        yield paths
+    finally:
+        _records.remove(paths)
+
 
 @contextmanager
 def written(path: Path) -> Iterator[Path]:
@@ -31,6 +44,8 @@ def written(path: Path) -> Iterator[Path]:
         temporary.touch()
         yield temporary
         os.replace(temporary, path)
+        for paths in _records:
+            paths.append(path)
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError(f"{path} cannot be written ({reason}): choose another folder with --output, or make room.") from error

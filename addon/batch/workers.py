@@ -1,0 +1,123 @@
+"""Worker processes: each is this command line once more, with `--worker`, and takes one input after another.
+
+They talk in lines of JSON: an item in on standard input, its report back on standard output, behind `MARK` because Blender prints there
+too. A worker that dies costs the input it was at and is replaced; the others go on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from queue import Empty, Queue
+from sys import path as module_folders
+from threading import Thread
+from typing import TextIO
+
+from ..report import failed_report
+from .items import Item
+
+MARK = "cad_shadow-worker:"
+Answer = tuple[dict[str, object], str]
+EXTENSION = Path(__file__).resolve().parents[2]
+
+
+def worker_command(argv: list[str]) -> tuple[list[str], dict[str, str]]:
+    """Command and environment that run `argv` again in a worker: inside Blender its own binary, elsewhere this Python."""
+    bpy = sys.modules.get("bpy")
+    if bpy is not None and not bpy.app.module:
+        return [bpy.app.binary_path, "--command", "cad_shadow", *argv, "--worker"], dict(os.environ)
+    paths = os.pathsep.join([str(EXTENSION), *filter(None, module_folders)])
+    return [sys.executable, "-m", "addon", *argv, "--worker"], {**os.environ, "PYTHONPATH": paths}
+
+
+class Worker:
+    """One worker process; started when first asked."""
+
+    def __init__(self, argv: list[str]) -> None:
+        self._argv = argv
+        self._process: subprocess.Popen | None = None
+
+    def answer(self, item: Item) -> Answer:
+        """The item's report and line; a failed report when the process ends before it has answered."""
+        process = self._running()
+        try:
+            process.stdin.write(json.dumps([item.source, item.name, str(item.stem)]) + "\n")
+            process.stdin.flush()
+            for line in process.stdout:
+                if line.startswith(MARK):
+                    report, text = json.loads(line.removeprefix(MARK))
+                    return report, text
+        except BrokenPipeError:
+            pass
+        code = process.wait()
+        self._process = None
+        message = f"The process that drew it ended (exit code {code}): try it alone, without --jobs; if that fails too, please report it."
+        return failed_report(item.name, None, message), ""
+
+    def _running(self) -> subprocess.Popen:
+        if self._process is None:
+            command, environment = worker_command(self._argv)
+            self._process = subprocess.Popen(
+                command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+            )
+        return self._process
+
+    def stop(self, at_once: bool = False) -> None:
+        """Let the process end after what it is at, or at once."""
+        if self._process is None:
+            return
+        if at_once:
+            self._process.kill()
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()
+        self._process = None
+
+
+def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Item, Answer]]:
+    """Every item with its report and line, as they are finished, from `jobs` processes. Closing the iterator early kills them."""
+    todo: Queue[Item] = Queue()
+    done: Queue[tuple[Item, Answer]] = Queue()
+    for item in items:
+        todo.put(item)
+    workers = [Worker(argv) for _ in range(min(jobs, len(items)))]
+    threads = [Thread(target=_drain, args=(worker, todo, done), name=f"cad_shadow worker {i}") for i, worker in enumerate(workers)]
+    for thread in threads:
+        thread.start()
+    is_complete = False
+    try:
+        for _ in items:
+            yield done.get()
+        is_complete = True
+    finally:
+        while not is_complete and not todo.empty():
+            todo.get()
+        for worker in workers if not is_complete else ():
+            worker.stop(at_once=True)
+        for thread in threads:
+            thread.join()
+
+
+def _drain(worker: Worker, todo: Queue[Item], done: Queue[tuple[Item, Answer]]) -> None:
+    while True:
+        try:
+            item = todo.get_nowait()
+        except Empty:
+            worker.stop()
+            return
+        try:
+            done.put((item, worker.answer(item)))
+        except Exception as error:  # must reach the one who waits
+            message = f"A worker could not be used ({type(error).__name__}: {error}): run without --jobs."
+            done.put((item, (failed_report(item.name, None, message), "")))
+
+
+def serve(one: Callable[[Item], Answer], lines: TextIO, out: TextIO) -> None:
+    """A worker's life: answer each line until there are no more."""
+    for line in lines:
+        source, name, stem = json.loads(line)
+        print(MARK + json.dumps(one(Item(source, name, Path(stem))), allow_nan=False), file=out, flush=True)

@@ -1,0 +1,88 @@
+"""Running a command over its inputs: here or in worker processes, without what was done before, told as it goes."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TextIO
+
+from .batch.items import Item, items_of
+from .batch.progress import Progress
+from .batch.stamp import done_before, request_digest
+from .batch.workers import Answer, answers, serve
+from .errors import UserError
+
+UNCHANGED = "done before, unchanged"
+
+
+def is_batch(args: argparse.Namespace, items: list[Item]) -> bool:
+    """Whether reports note what they were made from, so that `--resume` knows next time."""
+    return len(items) > 1 or args.worker or args.resume or args.contact_sheet
+
+
+def run_inputs(args: argparse.Namespace) -> list[dict[str, object]]:
+    """One report per input, in order. Says what happened; errors also with --quiet."""
+    items, folder = items_of(args), Path(args.output or ".")
+    args.is_batch = is_batch(args, items)
+    digest = request_digest(args)
+    progress = Progress(len(items), sys.stderr, args.quiet)
+    reports: dict[Item, dict[str, object]] = {}
+    try:
+        for item in items if args.resume else ():
+            report = done_before(item, digest, folder)
+            if report is not None:
+                _told(progress, reports, len(items), item, (report, UNCHANGED))
+        todo = [item for item in items if item not in reports]
+        for item, answer in _work(args, todo):
+            _told(progress, reports, len(items), item, answer)
+    finally:
+        progress.close()
+    ordered = [reports[item] for item in items]
+    if args.contact_sheet:
+        _write_sheet(args, items, ordered)
+    return ordered
+
+
+def _work(args: argparse.Namespace, todo: list[Item]) -> Iterator[tuple[Item, Answer]]:
+    if args.jobs > 1 and len(todo) > 1:
+        yield from answers(todo, args.argv, args.jobs)
+    elif todo:
+        from .cli_scenes import answers_here  # imports Blender, which talks
+
+        yield from answers_here(todo, args)
+
+
+def _told(progress: Progress, reports: dict[Item, dict[str, object]], total: int, item: Item, answer: Answer) -> None:
+    """Keep an item's report and say how it went."""
+    report, line = answer
+    reports[item] = report
+    for error in report["errors"]:
+        progress.complain(f"cad_shadow: {item.name}: {error}")
+    if not report["errors"]:
+        progress.say(f"[{len(reports)}/{total}] {item.name}: {line}")
+        for warning in report["warnings"] if line != UNCHANGED else ():
+            progress.say(f"    {warning}")
+    progress.advance()
+
+
+def _write_sheet(args: argparse.Namespace, items: list[Item], reports: list[dict[str, object]]) -> None:
+    """Write the contact sheet. A failure is an error of its own, noted in the last report."""
+    from .batch.sheet import NAME, batch_sheet, write_sheet
+
+    folder = Path(args.output or ".")
+    try:
+        write_sheet(folder / NAME, *batch_sheet(reports, [item.stem.name for item in items], folder))
+    except UserError as error:
+        print(f"cad_shadow: {error}", file=sys.stderr)
+        reports[-1]["errors"].append(str(error))
+
+
+def run_worker(args: argparse.Namespace, out: TextIO) -> None:
+    """Be a worker of another process: inputs come on standard input."""
+    from .cli_scenes import one, registered
+
+    args.is_batch = True
+    with registered():
+        serve(lambda item: one(item, args), sys.stdin, out)

@@ -1,0 +1,87 @@
+"""`sun-study`: the picture of each input at several times of a day, on one sheet; each rendered through Blender as any other picture."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import bpy
+import numpy as np
+
+from .batch.sheet import read_picture, write_sheet
+from .job import Outcome
+from .maths.sun_position import Clock, Place, nautical_offset_h
+from .outputs import write_json, written
+from .rendering import Request, render
+from .snapshot import choose_light
+from .sun_study import Moment, moments
+from .views import LightMaker
+
+
+def sky(args: argparse.Namespace) -> tuple[Clock, Place]:
+    """The clock and the place asked for; raises `SettingsError`."""
+    place = Place(radians(args.latitude), radians(args.longitude), radians(args.north_offset))
+    return Clock(args.date, nautical_offset_h(place.longitude_rad) if args.utc_offset is None else args.utc_offset), place
+
+
+def sun_study_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+    """Render every moment, write the sheet and the report: that of the highest sun, and the moments with the share of what is seen lit."""
+    clock, place = sky(args)
+    day = moments(clock, place, args.start, args.end, args.steps)
+    pictures, rows, reports = [], [], []
+    with _folder(stem, args.pictures) as start:
+        for i, now in enumerate(day):
+            path = start.with_name(f"{start.name}_sun_{i + 1:03d}_{now.time.replace(':', '')}.png")
+            outcome = _render(scene, request, now, path)
+            pictures.append(read_picture(path))
+            rows.append({**now.as_dict(), "lit_share": lit_share(outcome, now)})
+            reports.append(outcome.report)
+    sheet = stem.with_name(f"{stem.name}_sun_study.png")
+    write_sheet(sheet, pictures, [now.caption for now in day], args.columns)
+    highest = max(range(len(day)), key=lambda i: day[i].elevation_rad)
+    study = {
+        "latitude": args.latitude,
+        "longitude": args.longitude,
+        "date": args.date.isoformat(),
+        "utc_offset": clock.utc_offset_h,
+        "north_offset": args.north_offset,
+        "moments": rows,
+    }
+    report = {**reports[highest], "sun_study": study}
+    write_json(stem.with_name(f"{stem.name}_report.json"), report)
+    return report, f"{len(day)} pictures, {day[0].time} to {day[-1].time} (UTC{clock.utc_offset_h:+g}), wrote {sheet.name}"
+
+
+@contextmanager
+def _folder(stem: Path, is_kept: bool) -> Iterator[Path]:
+    """What the single pictures' paths start with: beside the sheet, or in a folder that goes away."""
+    if is_kept:
+        yield stem
+        return
+    with TemporaryDirectory(prefix="cad-shadow-") as folder:
+        yield Path(folder, stem.name)
+
+
+def _render(scene: bpy.types.Scene, request: Request, now: Moment, path: Path) -> Outcome:
+    asked = replace(request, light=_sun(request.light, now), settings=now.settings(request.settings))
+    with written(path) as temporary:
+        return render(scene, asked, temporary)
+
+
+def _sun(maker: LightMaker | None, now: Moment) -> LightMaker:
+    """The moment's sun in the colour of the light asked for, else of the scene's."""
+    return lambda scene, camera: now.light(maker(scene, camera) if maker else choose_light(scene.lights))
+
+
+def lit_share(outcome: Outcome, now: Moment) -> float | None:
+    """How much of the surfaces in view the sun reaches, 0…1; None when nothing is in view."""
+    passes = outcome.frame.passes
+    seen = np.isfinite(passes["depth"])
+    if not seen.any():
+        return None
+    return float(passes["shadow"][seen].mean()) if now.is_up else 0.0
