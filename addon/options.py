@@ -152,7 +152,7 @@ OPTIONS: tuple[Option, ...] = (
         (("fit", "size"),),
         "count",
         "Map Size",
-        "Texels per side of every shadow map: twice as many halve the error and need four times the memory",
+        "Texels per side of every shadow map: twice as many make the error m a quarter and need four times the memory",
         low=16,
         high=16384,
         soft=(256, 4096),

@@ -25,7 +25,7 @@ LIGHT_SOURCES = (
     (
         "AUTOMATIC",
         "Automatic",
-        "The scene's first visible sun, else its first spot or point light, else a sun from the upper left of the view",
+        "The scene's strongest sun, else its first spot or point light that reaches the model, else a sun from the upper left of the view",
     ),
     ("OBJECT", "Light Object", "The light object chosen below"),
     ("DIRECTION", "Direction", "A sun in the direction given below"),

@@ -18,7 +18,7 @@ class NeedsMeshes:
     def poll(cls, context: bpy.types.Context) -> bool:
         """Grey with a reason when there is nothing to draw."""
         if not any(o.type in sources.DRAWN_TYPES for o in context.view_layer.objects):
-            cls.poll_message_set("The scene has no mesh to draw: add or import one (File > Import > CAD File)")
+            cls.poll_message_set("The scene has no mesh to draw: add or import one (File > Import > CAD)")
             return False
         return True
 
