@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from .errors import OutputError
+from .cad_files.colors import linear_from_srgb
 from .rendering import file_format
 
 NAME = "CAD Shadow Preview"
@@ -35,11 +36,11 @@ def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bp
 
 
 def displayed(picture: np.ndarray) -> np.ndarray:
-    """A uint8 or uint16 picture, grey or RGB, as (h, w, 4) float32, 0…1, opaque."""
+    """A uint8 or uint16 picture as files hold it (sRGB), grey or RGB, as the (h, w, 4) opaque linear values that an editor shows alike."""
     values = picture.astype(np.float32) / np.float32(np.iinfo(picture.dtype).max)
     out = np.ones((*picture.shape[:2], 4), np.float32)
     out[..., :3] = values[..., None] if values.ndim == 2 else values
-    return out
+    return linear_from_srgb(out)
 
 
 def save_as_render(image: bpy.types.Image, path: Path, scene: bpy.types.Scene) -> None:
