@@ -87,19 +87,25 @@ def partitions_of(job: Job, plan: ShadowPlan) -> list[dict[str, object]]:
     return [_partition(index, job, plan, projection) for index, projection in enumerate(plan.projections)]
 
 
-def _partition(index: int, job: Job, plan: ShadowPlan, projection: ShadowProjection) -> dict[str, object]:
+def warped_map(job: Job, plan: ShadowPlan, projection: ShadowProjection) -> WarpedMap | None:
+    """A fitted map as the theory sees it: its slab of the view and its n'. None where the theory is silent: orthographic views, empty maps."""
     half_fov, log = job.camera.half_fov_rad, projection.log
-    row = unknown_row(index, projection.near, projection.far)
-    if half_fov > 0.0 and not projection.is_empty and 0.0 < projection.near < projection.far:
-        warped = WarpedMap(
-            projection.near,
-            projection.far,
-            half_fov,
-            plan.gamma_rad,
-            projection.warp_parameter,
-            log is not None,
-            log is None or log.perspective_s,
-        )
+    if half_fov <= 0.0 or projection.is_empty or not 0.0 < projection.near < projection.far:
+        return None
+    return WarpedMap(
+        projection.near,
+        projection.far,
+        half_fov,
+        plan.gamma_rad,
+        projection.warp_parameter,
+        log is not None,
+        log is None or log.perspective_s,
+    )
+
+
+def _partition(index: int, job: Job, plan: ShadowPlan, projection: ShadowProjection) -> dict[str, object]:
+    row, warped = unknown_row(index, projection.near, projection.far), warped_map(job, plan, projection)
+    if warped is not None:
         row = map_row(index, warped, projection.face >= 0, Resolution(job.settings.fit.size, job.size))
     fitted = {"warp_parameter": known(projection.warp_parameter), "eta": known(projection.eta)}
     return {key: _finite(value) for key, value in (row | fitted).items()}
