@@ -30,8 +30,8 @@ from harness import (  # noqa: E402 - its folder is known only now
 MODULE = "bl_ext.user_default.cad_shadow_preview"
 TAB = "CAD Shadow"
 ENGINE = "CAD_SHADOW_PREVIEW"
-# Measured at UI scale 1: the middle of the first header below the sidebar's top, from one closed header to the next, to the first button.
-FIRST_HEADER_PX, HEADER_PX, BUTTON_PX = 14, 28, 35
+# Measured at UI scale 1: the middle of the first header below the top, from one closed header to the next, to the button below the presets.
+FIRST_HEADER_PX, HEADER_PX, BUTTON_PX = 14, 28, 62
 
 
 def addon(name: str):
