@@ -73,7 +73,7 @@ def _write_sheet(args: argparse.Namespace, items: list[Item], reports: list[dict
 
     folder = Path(args.output or ".")
     try:
-        write_sheet(folder / NAME, *batch_sheet(reports, [item.stem.name for item in items], folder))
+        write_sheet(folder / NAME, *batch_sheet(reports, [item.stem.relative_to(folder).as_posix() for item in items], folder))
     except UserError as error:
         print(f"cad_shadow: {error}", file=sys.stderr)
         reports[-1]["errors"].append(str(error))
