@@ -6,13 +6,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, degrees, inf, pi, radians
+from math import cos, degrees, inf, pi, radians, sin
 
 import numpy as np
 
 from .choices import WARPS, PartitionChoice, WarpChoice, require
 from .errors import (
-    beam_error_z,
     error_x,
     error_z,
     max_beam_error_z,
@@ -76,7 +75,6 @@ def map_row(index: int, m: WarpedMap, faces: bool, resolution: Resolution) -> di
         "eta": eta_from_parameter(m.parameter, m.near, m.far, depth),
         "m_x_max": rx * m_x,
         "m_z_max": rz * m_z,
-        "m_z_beam_max": None if faces else rz * max_beam_error_z(m),
         "storage_factor": m_x * m_z,
         "critical_resolution": [width * m_x, height * m_z],
     }
@@ -84,28 +82,34 @@ def map_row(index: int, m: WarpedMap, faces: bool, resolution: Resolution) -> di
 
 def unknown_row(index: int, near: float, far: float) -> dict[str, object]:
     """The entry of an orthographic camera: uniform, and m depends on the width of the view, which the theory does not know."""
-    unknown = dict.fromkeys(("m_x_max", "m_z_max", "m_z_beam_max", "storage_factor", "critical_resolution"))
+    unknown = dict.fromkeys(("m_x_max", "m_z_max", "storage_factor", "critical_resolution"))
     return {"index": index, "near": near, "far": far, "warp_parameter": None, "eta": -1.0, **unknown}
 
 
 def error_curve(maps: tuple[WarpedMap, ...], faces: bool, count: int, resolution: Resolution) -> dict[str, list[float | None]]:
-    """z, m_x(z), m_z(z) (T4 (37)) and m_z_beam(z) (what an image shows) at `count` depths from near to far, in equal ratios.
-
-    A border belongs to the partition behind it.
-    """
+    """z, m_x(z), m_z(z) at `count` depths from near to far, in equal ratios; a border belongs to the partition behind it."""
     require(count >= 2, "A curve needs at least 2 points.")
     z = np.geomspace(maps[0].near, maps[-1].far, count)
     index = np.clip(np.searchsorted([m.near for m in maps], z, side="right") - 1, 0, len(maps) - 1)
     rx, rz = resolution.terms
-    m_x, m_z, beam = np.empty(count), np.empty(count), np.empty(count)
+    m_x, m_z = np.empty(count), np.empty(count)
     for i, m in enumerate(maps):
         c = cos(m.half_fov_rad) if faces else 1.0
         here = index == i
         m_x[here] = error_x(m, z[here], rx / c)
         m_z[here] = error_z(m, z[here], rz / c**2)
-        beam[here] = beam_error_z(m, z[here], rz / c**2)
-    curve = {"z": z.tolist(), "m_x": m_x.tolist(), "m_z": [value if value < inf else None for value in m_z.tolist()]}
-    return curve if faces else {**curve, "m_z_beam": beam.tolist()}
+    return {"z": z.tolist(), "m_x": m_x.tolist(), "m_z": [value if value < inf else None for value in m_z.tolist()]}
+
+
+def as_seen(
+    maps: tuple[WarpedMap, ...], gamma_rad: float, curve: dict[str, list[float | None]] | None, resolution: Resolution
+) -> dict[str, object]:
+    """m_z by T4's own definition (15), (19), (37) · sin γ: what an image shows (docs/findings.md). Maximum, in all and per map, and the
+    curve at the depths of `curve` (None without one)."""
+    rz = resolution.terms[1]
+    maxima = [rz * max_beam_error_z(m) for m in maps]
+    seen = None if curve is None else [None if value is None else value * sin(gamma_rad) for value in curve["m_z"]]
+    return {"m_z_max": max(maxima), "partitions_m_z_max": maxima, "curve_m_z": seen}
 
 
 def theory(
@@ -122,8 +126,8 @@ def theory(
     """The contract's `theory --json` object: γ, γ_lim, every partition, the totals, and with `curve` that many points of m_x(z), m_z(z).
 
     M_x and M_z take the resolution terms when `map_size` and `image_size` are both given; S = M_x M_z without them (T4 (30)), its total the
-    sum over partitions (51). M_z follows (37), along the view axis; at γ = 0 it is (53), and its curve None. `m_z_beam…` is (37) · sin γ,
-    T4's own definition (15), (19) and what an image shows (docs/findings.md). With faces the numbers are
+    sum over partitions (51). M_z follows (37), along the view axis; at γ = 0 it is (53), and its curve None. `as_seen` (a key more
+    than the contract's) is (37) · sin γ, what an image shows. With faces the numbers are
     those of one side face lit from straight above, the worst over all light directions. An orthographic camera (φ = 0) has no theory: None.
     Raises SettingsError outside 0 < near < far, 0 ≤ φ < π/2, 0 ≤ γ ≤ π/2.
     """
@@ -133,18 +137,18 @@ def theory(
     result: dict[str, object] = {"gamma_deg": degrees(gamma_rad), "gamma_lim_deg": degrees(gamma_lim_rad(near, far, half_fov_rad))}
     if half_fov_rad == 0.0:
         rows = [unknown_row(i, float(splits[i]), float(splits[i + 1])) for i in range(len(splits) - 1)]
-        unknown = dict.fromkeys(("m_x_max", "m_z_max", "m_z_beam_max", "storage_factor"))
-        return {**result, "partitions": rows, "total": unknown, "curve": None}
+        unknown = dict.fromkeys(("m_x_max", "m_z_max", "storage_factor"))
+        return {**result, "partitions": rows, "total": unknown, "curve": None, "as_seen": None}
     maps = partition_maps(near, far, half_fov_rad, gamma_rad, warp, partition)
     rows = [map_row(i, m, partition.uses_faces, resolution) for i, m in enumerate(maps)]
     result["partitions"] = rows
     result["total"] = {
         "m_x_max": max(row["m_x_max"] for row in rows),
         "m_z_max": max(row["m_z_max"] for row in rows),
-        "m_z_beam_max": None if partition.uses_faces else max(row["m_z_beam_max"] for row in rows),
         "storage_factor": sum(row["storage_factor"] for row in rows),
     }
     result["curve"] = error_curve(maps, partition.uses_faces, curve, resolution) if curve else None
+    result["as_seen"] = None if partition.uses_faces else as_seen(maps, gamma_rad, result["curve"], resolution)
     return result
 
 

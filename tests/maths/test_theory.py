@@ -16,8 +16,8 @@ from addon.maths.theory import text_report, theory
 from addon.maths.warped_map import partition_maps
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, views
 
-ROW_KEYS = {"index", "near", "far", "warp_parameter", "eta", "m_x_max", "m_z_max", "m_z_beam_max", "storage_factor", "critical_resolution"}
-TOTAL_KEYS = {"m_x_max", "m_z_max", "m_z_beam_max", "storage_factor"}
+ROW_KEYS = {"index", "near", "far", "warp_parameter", "eta", "m_x_max", "m_z_max", "storage_factor", "critical_resolution"}
+TOTAL_KEYS = {"m_x_max", "m_z_max", "storage_factor"}
 warps = st.sampled_from(WARPS).map(WarpChoice)
 partitions = st.builds(PartitionChoice, st.sampled_from(PARTITIONS), st.integers(1, 8))
 
@@ -36,7 +36,7 @@ def test_storage_factors_of_the_texts(warp, partition, count, storage):
 @given(views(max_ratio=1e7), warps, partitions)
 def test_the_object_is_the_contract_s_and_holds_together(view, warp, partition):
     result = theory(*view.shape, warp, partition, curve=16)
-    assert set(result) == {"gamma_deg", "gamma_lim_deg", "partitions", "total", "curve"}
+    assert set(result) == {"gamma_deg", "gamma_lim_deg", "partitions", "total", "curve", "as_seen"}
     rows, total, curve = result["partitions"], result["total"], result["curve"]
     assert len(rows) == partition.z_count and all(set(row) == ROW_KEYS for row in rows) and set(total) == TOTAL_KEYS
     assert rows[0]["near"] == view.near and rows[-1]["far"] == view.far
@@ -63,10 +63,10 @@ def test_every_number_is_finite_on_hostile_views():
 
 def test_the_curve_is_each_partition_s_error():
     args = (1.0, 200.0, radians(25), radians(60), WarpChoice(), PartitionChoice("z-adaptive", 3))
-    curve, maps = theory(*args, curve=40)["curve"], partition_maps(*args)
-    for z, m_x, m_z, beam in zip(*curve.values(), strict=True):
+    result, maps = theory(*args, curve=40), partition_maps(*args)
+    for z, m_x, m_z, seen in zip(*result["curve"].values(), result["as_seen"]["curve_m_z"], strict=True):
         here = [m for m in maps if m.near <= z][-1]
-        assert (m_x, m_z, beam) == pytest.approx((error_x(here, z), error_z(here, z), error_z(here, z) * np.sin(radians(60))))
+        assert (m_x, m_z, seen) == pytest.approx((error_x(here, z), error_z(here, z), error_z(here, z) * np.sin(radians(60))))
 
 
 def test_resolutions_enter_m_and_the_critical_resolution_but_not_s():
