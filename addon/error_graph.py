@@ -1,6 +1,6 @@
 """The error m over view depth, as curves: what the theory predicts for every map, what the picture has, and where the maps meet. No bpy.
 
-Predictions are those of the report (T4 (25), (15), (19)), on the view axis; measured is m of the pixels seen, by depth. `hud/graph.py` draws.
+Predictions are those of the report (T4 (25), (15), (19)), on the view axis; measured is m of the pixels seen, by depth.
 """
 
 from __future__ import annotations

@@ -88,7 +88,7 @@ def partitions_of(job: Job, plan: ShadowPlan) -> list[dict[str, object]]:
 
 
 def warped_map(job: Job, plan: ShadowPlan, projection: ShadowProjection) -> WarpedMap | None:
-    """A fitted map as the theory sees it: its slab of the view and its n'. None where the theory is silent: orthographic views, empty maps."""
+    """A fitted map as the theory sees it: its slab of the view and its n'. None for orthographic views and empty maps."""
     half_fov, log = job.camera.half_fov_rad, projection.log
     if half_fov <= 0.0 or projection.is_empty or not 0.0 < projection.near < projection.far:
         return None

@@ -15,7 +15,10 @@ import numpy as np
 
 from . import sources
 from .errors import Cancelled, UserError
+from .hud.canvas import texture_of
+from .hud.legend import LiveLegend
 from .job import Job, Pending
+from .maths.projection import ShadowPlan
 from .rendering import ENGINE
 
 COARSE = 2  # pixels and map texels per side are divided by this while the view moves
@@ -52,6 +55,8 @@ class LiveView:
         self._shown: Wish | None = None
         self._image: np.ndarray | None = None
         self._texture: object | None = None
+        self._shows: tuple[str, ShadowPlan | None] = ("shaded", None)  # the display and the maps of the image
+        self._legend = LiveLegend()
         self._wanted: tuple | None = None
         self._moved_at = 0.0
         _views.add(self)
@@ -69,6 +74,7 @@ class LiveView:
             self.message = str(error)
         engine.update_stats("", self.message)
         self._draw_texture(engine, depsgraph.scene, context.region)
+        self._legend.draw_colors(context, *self._shows)
 
     def _ask(self, job: Job) -> None:
         """Start the next picture if none is in the making and the newest one shown is not the one wanted."""
@@ -92,7 +98,9 @@ class LiveView:
         wish, pending = self._pending
         self._pending = None
         try:
-            self._image = pending.result().frame.passes["combined"]
+            outcome = pending.result()
+            self._image = outcome.frame.passes["combined"]
+            self._shows = outcome.job.settings.shading.display, outcome.frame.plan
             self._shown, self._texture, self.message = wish, None, ""
         except Cancelled:
             return False
@@ -108,15 +116,13 @@ class LiveView:
         return self._shown is not None and self._shown.coarseness > 1 and time.monotonic() - self._moved_at >= STILL_S
 
     def _draw_texture(self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene, region: bpy.types.Region) -> None:
-        import gpu  # not there without a window
+        import gpu  # gpu and gpu_extras are not there without a window
         from gpu_extras.presets import draw_texture_2d
 
         if self._image is None:
             return
         if self._texture is None:
-            height, width = self._image.shape[:2]
-            flat = np.ascontiguousarray(self._image[::-1]).ravel()
-            self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=gpu.types.Buffer("FLOAT", len(flat), flat))
+            self._texture = texture_of(self._image)
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
         draw_texture_2d(self._texture, (0, 0), region.width, region.height)
@@ -128,6 +134,7 @@ class LiveView:
         if self._pending is not None:
             self._pending[1].cancel()
         self._pending = self._texture = self._image = None
+        self._legend.close()
         _views.discard(self)
 
 

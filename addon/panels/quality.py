@@ -58,12 +58,13 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
     bl_category = TAB
     bl_order = ORDER_OF_QUALITY
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         """List the last report."""
         layout, outcome = self.layout, session.last()
         if outcome is None:
             layout.label(text="Press Preview or Analyse", icon="INFO")
             return
+        layout.prop(context.window_manager, "cad_shadow_graph", icon="FCURVE", toggle=True)
         report = outcome.report
         column = layout.column(align=True)
         _row(column, "γ", number(report["gamma_deg"], "°"))

@@ -22,7 +22,7 @@ class Layout:
             return lambda **_: self
         raise AttributeError(name)
 
-    def prop(self, data, name, index=-1, text=""):
+    def prop(self, data, name, index=-1, text="", icon="NONE", toggle=False):
         assert name in data.bl_rna.properties, name
         self.shown.append(name)
 

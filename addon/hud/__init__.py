@@ -1,0 +1,70 @@
+"""What is drawn over a 3D viewport in pixels: the words of the live view's legend, and the graph of the error; and their switches.
+
+The lines in the scene are `overlays.py`'s.
+"""
+
+from __future__ import annotations
+
+import bpy
+
+from ..rendering import ENGINE
+from . import graph, legend
+from .canvas import Canvas, free_box
+
+_handlers: list[object] = []
+
+
+def _draw() -> None:
+    """Blender calls this for every 3D viewport, after everything else in it."""
+    context = bpy.context
+    if not context.space_data.overlay.show_overlays:
+        return
+    canvas = Canvas(free_box(context.area, context.region), context.preferences.system.ui_scale)
+    manager, shading = context.window_manager, context.space_data.shading
+    if manager.cad_shadow_legend and shading.type == "RENDERED" and context.engine == ENGINE:
+        legend.draw_words(canvas, context.region)
+    if manager.cad_shadow_graph:
+        graph.draw(canvas)
+
+
+def _redraw(_self: object, context: bpy.types.Context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            area.tag_redraw()
+
+
+def draw_switches(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """The add-on's part of the Overlays popover."""
+    manager, column = context.window_manager, self.layout.column()
+    column.separator()
+    column.label(text="CAD Shadow")
+    column.row().prop(manager, "cad_shadow_overlay", expand=True)
+    row = column.row()
+    row.prop(manager, "cad_shadow_graph")
+    row.prop(manager, "cad_shadow_legend")
+
+
+def register() -> None:
+    """Offer the switches and, where there are windows, draw."""
+    manager = bpy.types.WindowManager
+    manager.cad_shadow_legend = bpy.props.BoolProperty(
+        name="Legend", description="What the colours of a live view that shows Aliasing or Partitions mean", default=True, update=_redraw
+    )
+    manager.cad_shadow_graph = bpy.props.BoolProperty(
+        name="Error Graph",
+        description="The error m over view depth, of the last preview or analysis: what the theory predicts for each map (coloured lines, "
+        "T4 (25), (19)), what the picture has (white: median and 95 % of the pixels), and where the maps meet",
+        update=_redraw,
+    )
+    bpy.types.VIEW3D_PT_overlay.append(draw_switches)
+    _handlers.append(bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_PIXEL"))
+
+
+def unregister() -> None:
+    """Stop drawing, take the switches back."""
+    while _handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
+    bpy.types.VIEW3D_PT_overlay.remove(draw_switches)
+    graph.forget()
+    del bpy.types.WindowManager.cad_shadow_legend
+    del bpy.types.WindowManager.cad_shadow_graph
