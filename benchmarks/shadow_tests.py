@@ -26,23 +26,27 @@ from tests import scenes
 
 INTRO = """# Shadow tests
 
-Made by `python -m benchmarks.shadow_tests`; do not edit. Misclassified pixels, acne and leaks of each test are in [quality](quality.md).
+Made by `python -m benchmarks.shadow_tests`; do not edit. Misclassified pixels, acne and leaks of each test are in
+[quality](quality.md).
 
-**Depth.** The occluder in the map is put back into the world and its height over the receiver's exact plane decides. Automatic bias needs no
-number: it is the float noise, a step of the depth format at that place of the warped map, and a share of the texel's tilt; in concave corners
-the occluder is followed back to the receiver's own ray. The other strategies (constant, slope-scaled, normal-offset, receiver-plane) compare
-depths along the ray with the bias given.
+**Depth.** The occluder in the map is put back into the world and its height over the receiver's exact plane decides.
+Automatic bias needs no number: it is the float noise, a step of the depth format at that place of the warped map, and a
+share of the texel's tilt; in concave corners the occluder is followed back to the receiver's own ray. The other
+strategies (constant, slope-scaled, normal-offset, receiver-plane) compare depths along the ray with the bias given.
 
-**ID + depth** (IDD). Dark iff the difference exceeds ε_far, or the ids differ and it exceeds ε. Automatic: ε is the bias above; ε_far is what a
-surface can rise within a texel, at most the object's own extent along the light.
+**ID + depth** (IDD). Dark iff the difference exceeds ε_far, or the ids differ and it exceeds ε. Automatic: ε is the
+bias above; ε_far is what a surface can rise within a texel, at most the object's own extent along the light.
 
-**Triangle-exact** (method §8). The map says which triangles are near the ray, the ray itself decides. A stored triangle stands for the block of
-eight triangles that follow one another in the index buffer, because neighbours in the buffer are neighbours in space: triangles that never
-won a texel (slivers of a thin rod) are tested all the same. Where everything stored near the ray stands far above the receiver it is dark.
+**Triangle-exact** (method §8). The map says which triangles are near the ray, the ray itself decides. A stored triangle
+stands for the block of eight triangles that follow one another in the index buffer, because neighbours in the buffer
+are neighbours in space: triangles that never won a texel (slivers of a thin rod) are tested all the same. Where
+everything stored near the ray stands far above the receiver it is dark.
 
-**n-SM** (SMMVP §4.5). A cell keeps n depths, its own and n − 1 of its neighbours'; every depth is compared at the place it was stored.
+**n-SM** (SMMVP §4.5). A cell keeps n depths, its own and n − 1 of its neighbours'; every depth is compared at the place
+it was stored.
 
-**Filter.** k taps, a texel apart, or over a width in pixels or in metres across the light, which does not change with warp and partition.
+**Filter.** k taps, a texel apart, or over a width in pixels or in metres across the light, which does not change with
+warp and partition.
 """
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZE, MAP = (640, 360), 1024
@@ -175,8 +179,8 @@ def smooth_edges(renderer: Renderer) -> str:
     strip = np.concatenate([np.pad(np.kron(c, np.ones((4, 4))), ((0, 0), (0, 8)), constant_values=1.0) for c in crops], axis=1)
     write_png("tests_smmvp.png", np.repeat(strip[..., None], 3, axis=-1))
     return (
-        "## Smooth edges: n-SM against larger filters\n\nChair, one 256² map (coarse on purpose). Error: root mean square against 64 taps over "
-        "3 (4) texels of the same map, on the pixels that those find half lit. Left to right: PCF(4,3), PCF(9,1), PCF(9,2), PCF(16,1).\n\n"
+        "## Smooth edges: n-SM against larger filters\n\nChair, one 256² map (coarse on purpose). Error: root mean square against "
+        "64 taps over 3 (4) texels of the same map, on the pixels that those find half lit. Left to right: PCF(4,3), PCF(9,1), PCF(9,2), PCF(16,1).\n\n"
         "![edges](img/tests_smmvp.png)\n\n" + table(("filter", "map reads", "levels possible", "levels found", "error"), lines)
     )
 
@@ -204,9 +208,9 @@ def chair_zones(renderer: Renderer) -> str:
     write_png("tests_idd_chair.png", np.concatenate([picture, painted], axis=1))
     counts = [int(z.sum()) for z in zones]
     return (
-        f"## ID + depth: the three zones\n\nε = {1e3 * NEAR:.0f} mm, ε_far = {1e3 * FAR:.0f} mm, as in IDD §5.5. Blue: difference > ε_far, always "
-        f"dark ({counts[0]} pixels). Orange: between, another object's shadow ({counts[1]}). Green: between, the same object's, lit ({counts[2]}). "
-        "Grey: ≤ ε, never dark.\n\n![zones](img/tests_idd_chair.png)"
+        f"## ID + depth: the three zones\n\nε = {1e3 * NEAR:.0f} mm, ε_far = {1e3 * FAR:.0f} mm, as in IDD §5.5. Blue: difference > ε_far, "
+        f"always dark ({counts[0]} pixels). Orange: between, another object's shadow ({counts[1]}). Green: between, the same object's, lit "
+        f"({counts[2]}). Grey: ≤ ε, never dark.\n\n![zones](img/tests_idd_chair.png)"
     )
 
 

@@ -114,8 +114,10 @@ def filtered(lit: np.ndarray) -> np.ndarray:
     return lit.reshape(len(lit), -1).mean(axis=1)
 
 
-def height_at_ray(here: np.ndarray, beyond_s: np.ndarray, beyond_t: np.ndarray, offset: np.ndarray, rise: float) -> np.ndarray:
-    """Height (…) of an occluder at the receiver's ray: its height `here` at the cell's centre, followed back `offset` (…, 2) texels (at most
-    half of one) by `rise` times its growth towards the cells beyond."""
+def height_at_ray(
+    here: np.ndarray, beyond_s: np.ndarray, beyond_t: np.ndarray, offset: np.ndarray, rise: float
+) -> np.ndarray:
+    """Height (…) of an occluder at the receiver's ray: its height `here` at the cell's centre, followed back `offset` (…, 2)
+    texels (at most half of one) by `rise` times its growth towards the cells beyond."""
     growth = np.stack([beyond_s - here, beyond_t - here], axis=-1)
     return here - rise * (np.maximum(growth, 0.0) * np.minimum(np.abs(offset), 0.5)).sum(axis=-1)
