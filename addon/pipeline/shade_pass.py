@@ -28,7 +28,11 @@ class ShadeTarget:
         self.size, self.data = size, data
         self.textures = [context.texture(size, 4, dtype="f4")]
         if data:
-            self.textures += [context.texture(size, 4, dtype="f4"), context.texture(size, 4, dtype="f4"), context.texture(size, 2, dtype="i4")]
+            self.textures += [
+                context.texture(size, 4, dtype="f4"),
+                context.texture(size, 4, dtype="f4"),
+                context.texture(size, 2, dtype="i4"),
+            ]
         self.framebuffer = context.framebuffer(self.textures)
 
     def release(self) -> None:
@@ -46,27 +50,65 @@ class ShadePass:
         self._block = context.buffer(reserve=len(plan_block(None)))
         self._arrays: dict[int, moderngl.VertexArray] = {}
 
-    def draw(self, target: ShadeTarget, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList, triangles: tuple[BufferTexture, BufferTexture],
-             camera: Camera, light: Light | None, plan: ShadowPlan | None, settings: Settings) -> None:
+    def draw(
+        self,
+        target: ShadeTarget,
+        gbuffer: GBuffer,
+        maps: ShadowMaps | None,
+        draw_list: DrawList,
+        triangles: tuple[BufferTexture, BufferTexture],
+        camera: Camera,
+        light: Light | None,
+        plan: ShadowPlan | None,
+        settings: Settings,
+    ) -> None:
         """Shade `gbuffer` into `target`."""
-        program = self._programs.get("fullscreen.vert", "shade.frag", INSTANCED=0, DATA=target.data, MAX_MAPS=MAX_MAPS,
-                                     ERROR_COLORS=len(SCALE_COLORS), USE_OBJECT_COLORS=settings.shading.use_object_colors, **test_defines(settings.test))
+        program = self._programs.get(
+            "fullscreen.vert",
+            "shade.frag",
+            INSTANCED=0,
+            DATA=target.data,
+            MAX_MAPS=MAX_MAPS,
+            ERROR_COLORS=len(SCALE_COLORS),
+            USE_OBJECT_COLORS=settings.shading.use_object_colors,
+            **test_defines(settings.test),
+        )
         self._bind(program, gbuffer, maps, draw_list, triangles)
         along, start = pixel_rays(camera, target.size)
-        set_uniforms(program, u_along_from_pixel=_column_major(along), u_start_from_pixel=_column_major(start),
-                     u_map_count=len(plan.projections) if plan else 0, u_map_size=float(settings.fit.size),
-                     u_display=DISPLAYS.index(settings.shading.display), **_light_uniforms(light, settings), **_colors(settings), **_data_colors(),
-                     **test_uniforms(settings.test, plan))
+        set_uniforms(
+            program,
+            u_along_from_pixel=_column_major(along),
+            u_start_from_pixel=_column_major(start),
+            u_map_count=len(plan.projections) if plan else 0,
+            u_map_size=float(settings.fit.size),
+            u_display=DISPLAYS.index(settings.shading.display),
+            **_light_uniforms(light, settings),
+            **_colors(settings),
+            **_data_colors(),
+            **test_uniforms(settings.test, plan),
+        )
         self._block.write(plan_block(plan))
         target.framebuffer.use()
         self._context.enable_only(moderngl.NOTHING)
         self._array(program).render(moderngl.TRIANGLES, vertices=3)
 
-    def _bind(self, program: moderngl.Program, gbuffer: GBuffer, maps: ShadowMaps | None, draw_list: DrawList,
-              triangles: tuple[BufferTexture, BufferTexture]) -> None:
+    def _bind(
+        self,
+        program: moderngl.Program,
+        gbuffer: GBuffer,
+        maps: ShadowMaps | None,
+        draw_list: DrawList,
+        triangles: tuple[BufferTexture, BufferTexture],
+    ) -> None:
         tables = {name: draw_list.test_table(name) for name in ("u_extents", "u_spans") if name in program}  # made before anything is bound
-        inputs = {**tables, "u_view_depth": gbuffer.view_depth, "u_normal": gbuffer.normal, "u_ids": gbuffer.ids, "u_positions": triangles[0],
-                  "u_indices": triangles[1]}
+        inputs = {
+            **tables,
+            "u_view_depth": gbuffer.view_depth,
+            "u_normal": gbuffer.normal,
+            "u_ids": gbuffer.ids,
+            "u_positions": triangles[0],
+            "u_indices": triangles[1],
+        }
         if maps is not None:
             inputs |= maps.inputs()
         for name, texture in inputs.items():
@@ -100,13 +142,22 @@ def _light_uniforms(light: Light | None, settings: Settings) -> dict[str, object
     vector = light.direction_ws if is_sun else light.position_ws
     color = tuple(c * settings.shading.light_strength for c in light.color)
     spot = (*map(float, light.direction_ws), math.cos(light.cone_rad)) if light.kind == "spot" else (0.0, 0.0, 1.0, 2.0)
-    return {"u_light": (*map(float, vector), 0.0 if is_sun else 1.0), "u_light_color": (*color, 1.0), "u_spot": spot, "u_spot_blend": light.cone_blend}
+    return {
+        "u_light": (*map(float, vector), 0.0 if is_sun else 1.0),
+        "u_light_color": (*color, 1.0),
+        "u_spot": spot,
+        "u_spot_blend": light.cone_blend,
+    }
 
 
 def _colors(settings: Settings) -> dict[str, object]:
     shading = settings.shading
-    return {"u_ambient_sky": (*shading.ambient_sky, 1.0), "u_ambient_ground": (*shading.ambient_ground, 1.0),
-            "u_background": shading.background, "u_clay": (*shading.clay, 1.0)}
+    return {
+        "u_ambient_sky": (*shading.ambient_sky, 1.0),
+        "u_ambient_ground": (*shading.ambient_ground, 1.0),
+        "u_background": shading.background,
+        "u_clay": (*shading.clay, 1.0),
+    }
 
 
 @cache
@@ -114,4 +165,6 @@ def _data_colors() -> dict[str, object]:
     """The colours of errors and maps, sRGB 0…1, those of the pictures written as files."""
     rgb = {"u_error_colors": SCALE_COLORS, "u_map_colors": id_colors(np.arange(MAX_MAPS))}
     return {name: np.asarray(colors / 255.0, np.float32).tobytes() for name, colors in rgb.items()} | {
-        "u_no_color": tuple(c / 255.0 for c in NOTHING), "u_error_scale": (LOG2_LOW, LOG2_HIGH)}
+        "u_no_color": tuple(c / 255.0 for c in NOTHING),
+        "u_error_scale": (LOG2_LOW, LOG2_HIGH),
+    }
