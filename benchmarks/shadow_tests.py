@@ -180,7 +180,8 @@ def smooth_edges(renderer: Renderer) -> str:
     write_png("tests_smmvp.png", np.repeat(strip[..., None], 3, axis=-1))
     return (
         "## Smooth edges: n-SM against larger filters\n\nChair, one 256² map (coarse on purpose). Error: root mean square against "
-        "64 taps over 3 (4) texels of the same map, on the pixels that those find half lit. Left to right: PCF(4,3), PCF(9,1), PCF(9,2), PCF(16,1).\n\n"
+        "64 taps over 3 (4) texels of the same map, on the pixels that those find half lit. "
+        "Left to right: PCF(4,3), PCF(9,1), PCF(9,2), PCF(16,1).\n\n"
         "![edges](img/tests_smmvp.png)\n\n" + table(("filter", "map reads", "levels possible", "levels found", "error"), lines)
     )
 

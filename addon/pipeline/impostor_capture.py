@@ -34,8 +34,8 @@ class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
     `layers` RGBA32F (|relief|, its gradient per texel in u and v, |relief| of the back); `normal`, `ids` as in the G-buffer, and the same
-    of the back layer; `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first), `nearest` of all. `depth_m`, `back_m`
-    (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top.
+    of the back layer; `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first), `nearest` of all. `depth_m`,
+    `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top.
     """
 
     frame: CaptureFrame
