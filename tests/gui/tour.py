@@ -6,6 +6,7 @@ from collections.abc import Generator
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import (  # noqa: E402 - its folder is known only now
@@ -16,6 +17,7 @@ from harness import (  # noqa: E402 - its folder is known only now
     colours,
     hover,
     picture,
+    point,
     press,
     region,
     run,
@@ -139,8 +141,10 @@ def the_preview_button_makes_a_picture() -> Generator:
     yield from settle(0.5)
     yield from click(*header(0))
     yield from click(*header_of("quality"))
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=2)  # else the closed window's pixels stay
     yield from settle()
-    picture("quality_after_preview", box_of(region("UI")))
+    assert colours(picture("quality_after_preview", box_of(region("UI")))) > 50, "the Quality panel is not to be seen"
     yield from click(*header_of("quality"))
 
 
@@ -163,10 +167,52 @@ def a_plant_is_shown_with_its_shadows_and_its_error() -> Generator:
     shaded = picture("deck_rendered")
     scene.cad_shadow.display = "aliasing"
     yield from wait_for_picture()
-    assert changed_share(picture("deck_aliasing"), shaded) > 0.05, "the heat map does not show"
+    tinted = picture("deck_aliasing")
+    assert changed_share(tinted, shaded) > 0.05, "the heat map does not show"
+    check_legend(tinted)
     scene.cad_shadow.display = "partitions"
     yield from wait_for_picture()
-    assert changed_share(picture("deck_partitions"), shaded) > 0.05, "the partitions do not show"
+    tinted = picture("deck_partitions")
+    assert changed_share(tinted, shaded) > 0.05, "the partitions do not show"
+    check_legend(tinted)
+
+
+def check_legend(screen) -> None:
+    """The legend's colours are on the screen where its words say; the view transform is Standard."""
+    ((_, legend, (left, bottom)),) = [shown.placed for shown in addon("hud.legend")._legends if shown.placed]
+    r, (x, y, width, height) = region("WINDOW"), legend.colors_at
+    for share in (0.1, 0.35, 0.6, 0.85):
+        row, column = int(share * height), int(share * width)
+        if legend.colors[row, column, 3] == 1.0:
+            across, down = point(r.x + left + x + column, r.y + bottom + y + height - 1 - row)
+            seen, expected = screen[down, across], legend.colors[row, column, :3]
+            srgb = 255 * np.where(expected <= 0.0031308, 12.92 * expected, 1.055 * expected ** (1 / 2.4) - 0.055)
+            assert np.abs(seen - srgb).max() < 8, f"the legend shows {seen}, not {srgb}"
+
+
+@step
+def the_error_is_drawn_as_a_graph() -> Generator:
+    """After an analysis, Error Graph in the Overlays popover draws the error over depth; the popover has the switches."""
+    manager, shown = bpy.context.window_manager, view()
+    bpy.context.scene.cad_shadow.display = "shaded"
+    with bpy.context.temp_override(window=window(), area=shown, region=region("WINDOW")):
+        assert bpy.ops.cad_shadow.analyse("EXEC_DEFAULT") == {"FINISHED"}
+    yield from wait_for_picture()
+    bare = picture("graph_off", canvas())
+    manager.cad_shadow_graph = True
+    yield from settle(0.6)
+    picture("error_graph")
+    assert 0.02 < changed_share(picture("graph_on", canvas()), bare) < 0.3, "the graph does not show"
+    r = region("WINDOW")
+    yield from hover(r.x + r.width * 0.5, r.y + r.height * 0.9)
+    with bpy.context.temp_override(window=window(), area=shown, region=r):
+        bpy.ops.wm.call_panel("INVOKE_DEFAULT", name="VIEW3D_PT_overlay")
+    yield from settle(0.5)
+    picture("overlays_popover")
+    yield from press("Escape")
+    manager.cad_shadow_graph = False
+    yield from settle(0.5)
+    assert changed_share(picture("graph_off", canvas()), bare) < 0.005, "the graph stays"
 
 
 @step
@@ -304,11 +350,12 @@ def it_can_be_disabled_and_enabled_while_it_is_shown() -> Generator:
     yield from wait_for_picture()
     for _ in range(3):
         addon_utils.disable(MODULE, default_set=True)
-        bpy.context.scene.render.engine = "BLENDER_WORKBENCH"  # else EEVEE, whose shaders take a minute with software OpenGL
+        assert view().spaces.active.shading.type == "SOLID"  # else Blender would go on with EEVEE
         yield from settle(0.5)
-        picture("disabled")
+        assert colours(picture("disabled", canvas())) > 3
         assert addon_utils.enable(MODULE, default_set=True)
-        bpy.context.scene.render.engine = ENGINE
+        assert bpy.context.scene.render.engine == ENGINE
+        view().spaces.active.shading.type = "RENDERED"
         yield from wait_for_picture()
     assert colours(picture("enabled_again", canvas())) > 3
 
