@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 from . import presets, register, unregister
 from .batch.items import Item
@@ -160,7 +161,7 @@ def compare_command(scene: bpy.types.Scene, request: Request, stem: Path, args: 
     truth = tracer.trace(job.camera, job.light, job.size)
     metrics, difference = compare(outcome.frame, truth, job.camera, job.light, job.settings.fit.size, tracer)
     report = {**outcome.report, "truth": metrics}
-    write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(difference))
+    write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(np.rint(255.0 * difference).astype(np.uint8)))
     write_json(stem.with_name(f"{stem.name}_report.json"), report)
     return report, f"{metrics['misclassified_pct']:.3f} % misclassified, acne {metrics['acne_pct']:.3f} %, leak {metrics['leak_pct']:.3f} %"
 
