@@ -61,7 +61,8 @@ def one(item: Item, args: argparse.Namespace) -> Answer:
     """The report of one input, and a line that sums it up; a failure is a report too."""
     settings = None
     try:
-        stamp = stamp_of(item, request_digest(args)) if args.is_batch and Path(item.source or ".").exists() else None
+        is_stamped = args.is_batch and (item.source is None or Path(item.source).is_file())
+        stamp = stamp_of(item, request_digest(args)) if is_stamped else None
         scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
         if args.preset is not None:
             presets.apply(scene, args.preset)

@@ -6,15 +6,17 @@ too. A worker that dies costs the input it was at and is replaced; the others go
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
+import site
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from queue import Empty, Queue
-from sys import path as module_folders
-from threading import Thread
+from threading import Lock, Thread
 from typing import TextIO
 
 from ..report import failed_report
@@ -30,52 +32,68 @@ def worker_command(argv: list[str]) -> tuple[list[str], dict[str, str]]:
     bpy = sys.modules.get("bpy")
     if bpy is not None and not bpy.app.module:
         return [bpy.app.binary_path, "--command", "cad_shadow", *argv, "--worker"], dict(os.environ)
-    paths = os.pathsep.join([str(EXTENSION), *filter(None, module_folders)])
-    return [sys.executable, "-m", "addon", *argv, "--worker"], {**os.environ, "PYTHONPATH": paths}
+    paths = [str(EXTENSION), os.environ.get("PYTHONPATH", ""), wheels_folder()]
+    return [sys.executable, "-m", "addon", *argv, "--worker"], {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+
+
+def wheels_folder() -> str:
+    """Where the extension's libraries are, when that is not where this Python looks by itself ('' then): Blender's folder for wheels."""
+    found = importlib.util.find_spec("moderngl")
+    folder = str(Path(found.origin).parents[1]) if found and found.origin else ""
+    return "" if folder in site.getsitepackages() else folder
 
 
 class Worker:
-    """One worker process; started when first asked."""
+    """One worker process; started when first asked, ended by `stop`, or by `kill` from any thread."""
 
     def __init__(self, argv: list[str]) -> None:
         self._argv = argv
         self._process: subprocess.Popen | None = None
+        self._lock = Lock()
+        self._is_killed = False
 
     def answer(self, item: Item) -> Answer:
         """The item's report and line; a failed report when the process ends before it has answered."""
         process = self._running()
-        try:
+        if process is None:
+            return failed_report(item.name, None, "Given up."), ""
+        with suppress(BrokenPipeError):
             process.stdin.write(json.dumps([item.source, item.name, str(item.stem)]) + "\n")
             process.stdin.flush()
             for line in process.stdout:
                 if line.startswith(MARK):
                     report, text = json.loads(line.removeprefix(MARK))
                     return report, text
-        except BrokenPipeError:
-            pass
-        code = process.wait()
-        self._process = None
+        code = self.stop()
         message = f"The process that drew it ended (exit code {code}): try it alone, without --jobs; if that fails too, please report it."
         return failed_report(item.name, None, message), ""
 
-    def _running(self) -> subprocess.Popen:
-        if self._process is None:
-            command, environment = worker_command(self._argv)
-            self._process = subprocess.Popen(
-                command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
-            )
-        return self._process
+    def _running(self) -> subprocess.Popen | None:
+        with self._lock:
+            if self._process is None and not self._is_killed:
+                command, environment = worker_command(self._argv)
+                pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+                self._process = subprocess.Popen(command, env=environment, **pipes, text=True, encoding="utf-8")
+            return self._process
 
-    def stop(self, at_once: bool = False) -> None:
-        """Let the process end after what it is at, or at once."""
-        if self._process is None:
-            return
-        if at_once:
-            self._process.kill()
-        self._process.stdin.close()
-        self._process.wait()
-        self._process.stdout.close()
-        self._process = None
+    def stop(self) -> int:
+        """Let the process end after what it is at; gives its exit code."""
+        with self._lock:
+            process, self._process = self._process, None
+        if process is None:
+            return 0
+        with suppress(BrokenPipeError):
+            process.stdin.close()
+        code = process.wait()
+        process.stdout.close()
+        return code
+
+    def kill(self) -> None:
+        """End the process at once, and start no other."""
+        with self._lock:
+            self._is_killed = True
+            if self._process is not None:
+                self._process.kill()
 
 
 def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Item, Answer]]:
@@ -94,10 +112,8 @@ def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Ite
             yield done.get()
         is_complete = True
     finally:
-        while not is_complete and not todo.empty():
-            todo.get()
         for worker in workers if not is_complete else ():
-            worker.stop(at_once=True)
+            worker.kill()
         for thread in threads:
             thread.join()
 
