@@ -58,6 +58,18 @@ class ErrorGraph:
             return np.log(np.maximum(z, 1e-30) / self.near) / np.log(self.far / self.near)
         return (np.asarray(z) - self.near) / (self.far - self.near)
 
+    def ticks(self) -> list[float]:
+        """Round depths inside the axis, ascending: two to eight of them."""
+        if self.is_logarithmic and self.far > 20.0 * self.near:
+            decades = range(int(np.floor(np.log10(self.near))), int(np.ceil(np.log10(self.far))) + 1)
+            found = [float(f"{digit}e{decade}") for decade in decades for digit in ((1, 2, 5) if len(decades) < 5 else (1,))]
+        else:
+            size = 10.0 ** np.floor(np.log10(self.far - self.near))
+            step = size * next(s for s in (1.0, 0.5, 0.2) if (self.far - self.near) / (s * size) >= 4.0)
+            found = (np.arange(np.ceil(self.near / step), np.floor(self.far / step) + 1) * step).tolist()
+        inside = [z for z in found if 0.03 <= self.along(z) <= 0.97]
+        return inside[:: max(1, -(-len(inside) // 8))]
+
 
 def error_graph(outcome: Outcome) -> ErrorGraph | None:
     """The graph of an outcome with the passes depth and aliasing and a light; None when there is nothing to measure."""

@@ -15,7 +15,7 @@ from .images.heatmap import LOG2_HIGH, LOG2_LOW, TICKS, scale_colors
 from .images.passes import id_colors
 from .maths.projection import ShadowPlan
 
-WIDTH, BAR, LINE, PAD = 280, 12, 16, 8
+WIDTH, BAR, LINE, PAD = 290, 12, 16, 14
 MOST_MAPS = 12
 
 

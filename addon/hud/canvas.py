@@ -12,7 +12,7 @@ Box = tuple[float, float, float, float]
 
 MARGIN = 14
 FONT_SIZE = 11.5
-INK, DIM, BACK = (0.93, 0.93, 0.93, 1.0), (0.93, 0.93, 0.93, 0.35), (0.09, 0.09, 0.1, 0.82)
+INK, DIM, BACK = (0.93, 0.93, 0.93, 1.0), (0.93, 0.93, 0.93, 0.35), (0.03, 0.03, 0.035, 0.92)
 
 
 def free_box(area: bpy.types.Area, region: bpy.types.Region) -> Box:

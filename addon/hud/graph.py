@@ -10,8 +10,8 @@ from ..job import Outcome
 from ..overlay_geometry import map_color
 from .canvas import BACK, DIM, INK, Canvas
 
-WIDTH, HEIGHT = 380, 230
-LEFT, RIGHT, BOTTOM, TOP = 40, 12, 34, 40
+WIDTH, HEIGHT = 380, 246
+LEFT, RIGHT, BOTTOM, TOP = 40, 12, 34, 56
 LOG2_LOW, LOG2_HIGH = -4, 4
 BAND = (1.0, 1.0, 1.0, 0.22)
 _kept: list[tuple[Outcome, ErrorGraph | None]] = []  # of the outcome drawn last
@@ -93,23 +93,10 @@ def _draw_axes(canvas: Canvas, plot: _Plot) -> None:
         canvas.word(text, left[0] - 6 * s, left[1] - 4 * s, "right")
     for split in graph.splits:
         canvas.segments([plot.at(split, 2.0**LOG2_LOW), plot.at(split, 2.0**LOG2_HIGH)], DIM, 1.0)
-    for z in _depth_ticks(graph):
+    for z in graph.ticks():
         x, y = plot.at(z, 2.0**LOG2_LOW)
         canvas.segments([(x, y), (x, y - 4 * s)], INK, 1.0)
         canvas.word(f"{z:g} m", x, y - 17 * s, "middle")
-
-
-def _depth_ticks(graph: ErrorGraph) -> list[float]:
-    """Round depths, at most seven."""
-    if graph.is_logarithmic:
-        decades = range(int(np.floor(np.log10(graph.near))), int(np.ceil(np.log10(graph.far))) + 1)
-        steps = (1, 2, 5) if np.log10(graph.far / graph.near) < 2.2 else (1,)
-        ticks = [float(f"{step}e{decade}") for decade in decades for step in steps]
-    else:
-        step = 10.0 ** np.floor(np.log10((graph.far - graph.near) / 2.0))
-        ticks = (np.arange(np.ceil(graph.near / step), np.floor(graph.far / step) + 1) * step).tolist()
-    inside = [z for z in ticks if graph.near <= z <= graph.far and 0.04 < graph.along(z) < 0.96]
-    return inside[:: max(1, -(-len(inside) // 7))]
 
 
 def _draw_measured(canvas: Canvas, plot: _Plot) -> None:
@@ -124,6 +111,8 @@ def _draw_measured(canvas: Canvas, plot: _Plot) -> None:
 def _draw_key(canvas: Canvas, corner: tuple[float, float], has_theory: bool) -> None:
     s = canvas.scale
     x, y = corner[0] + 10 * s, corner[1] + HEIGHT * s
-    canvas.word("m over view depth.  White: the picture's median and 95 %", x, y - 16 * s)
+    lines = ["m over view depth. White: median and 95 % of the pixels"]
     if has_theory:
-        canvas.word("Coloured, one map each: predicted across (—) and along (- -) the view", x, y - 31 * s)
+        lines += ["Coloured, one map each, predicted:", "—  across the view (m_x)     - -  along the view (m_z)"]
+    for i, text in enumerate(lines):
+        canvas.word(text, x, y - (16 + 15 * i) * s)
