@@ -18,7 +18,9 @@ from dataclasses import asdict, replace
 
 import numpy as np
 
+from addon.maths.relief_beta import betas
 from addon.maths.relief_error import predict, predict_one, relief_set
+from addon.maths.relief_frame import capture_frame
 from addon.maths.relief_life import LifeSettings
 from addon.maths.relief_picture import picture_errors, psnr_db
 from addon.pipeline.context import GpuWorker
@@ -49,10 +51,10 @@ def predictors(stage: Stage, name: str) -> list[dict]:
     return rows
 
 
-def pictures(stage: Stage, name: str) -> list[dict]:
+def pictures(stage: Stage, name: str, distances: list[float]) -> list[dict]:
     """Every way of drawing, at every angle and distance, 4 × 4 supersampled, two texels a pixel."""
     rows = []
-    for radii in RADII:
+    for radii in distances:
         first = stage.camera(30, 20, radii)
         both, front = stage.capture(first, (SIZE, SIZE)), stage.capture(first, (SIZE, SIZE), with_back=False)
         flat = stage.capture(first, (SIZE, SIZE), perspective=False)
@@ -104,12 +106,24 @@ def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
                 "frames": len(stages),
                 "captures": stages.count("regenerated"),
                 "geometry": stages.count("geometry"),
+                "sprite_deg": _sprite_degrees(Stage(None, scene)),
                 "psnr_min": min(quality),
                 "psnr_median": float(np.median(quality)),
                 "jump": float(jumps[renewed].max() / np.median(jumps)) if renewed.any() else None,
             }
         )
     return rows
+
+
+def _sprite_degrees(stage: Stage) -> float:
+    """How far the orbit goes on before Schaufler's β exceeds a pixel: the life of a sprite, in degrees."""
+    frame = capture_frame(stage.hull, stage.camera(0, 20, 8.0), (SIZE, SIZE))
+    low, high = 0.0, 45.0
+    for _ in range(30):
+        middle = (low + high) / 2.0
+        found = betas(frame, stage.hull, stage.camera(middle, 20, 8.0), (SIZE, SIZE))
+        low, high = (middle, high) if found.total <= found.screen else (low, middle)
+    return low
 
 
 def _film(renderer: Renderer, scene: object, degrees: int, choice: ImpostorChoice | None) -> tuple[list, list[str]]:
@@ -175,6 +189,7 @@ def main() -> None:
     parser.add_argument("table", choices=("predictors", "pictures", "life", "speed", "write"))
     parser.add_argument("--models", nargs="+", default=list(MODELS))
     parser.add_argument("--degrees", type=int, default=360)
+    parser.add_argument("--radii", type=float, nargs="+", default=list(RADII))
     chosen = parser.parse_args()
     worker = GpuWorker()
     rows: list[dict] = []
@@ -185,7 +200,7 @@ def main() -> None:
         if chosen.table == "life":
             rows += life(Renderer(worker), name, chosen.degrees)
         else:
-            measure = {"predictors": predictors, "pictures": pictures}[chosen.table]
+            measure = {"predictors": predictors, "pictures": lambda stage, n: pictures(stage, n, chosen.radii)}[chosen.table]
             rows += worker.call(lambda context, m=measure, n=name: m(Stage(device_of(context, worker), load(n)), n))
         impostor_tables.keep(chosen.table, rows)
     if rows:

@@ -24,8 +24,8 @@ LIMITS = {
     "regions_sum_px": 60.0,
     "regions_max_px": 12.0,
     "regions_share": 0.6,
-    "edge_sum_px": 0.06,
-    "edge_fast_px": 0.06,
+    "edge_sum_px": 0.05,
+    "edge_fast_px": 0.05,
 }
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 SHARED = ("edge_sum_px", "edge_fast_px")
@@ -39,7 +39,8 @@ class LifeSettings:
     `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_rad`
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
-    `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal.
+    `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal
+    (0: the old texture, whose error was at the limit, is never mixed in; the jump measured is small, docs/impostors.md).
     """
 
     predictor: str = "edge_fast_px"
@@ -52,7 +53,7 @@ class LifeSettings:
     waiting: float = 1.5
     regenerations: int = 1
     memory_bytes: int = 256 << 20
-    fade_frames: int = 4
+    fade_frames: int = 0
 
     def __post_init__(self) -> None:
         require_choice("Predictor", self.predictor, tuple(LIMITS))

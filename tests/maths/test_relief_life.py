@@ -106,9 +106,9 @@ def test_renewal_comes_early_only_when_there_is_room():
 
 
 def test_the_crossfade_ends_after_its_frames():
-    state, sight, fades = _live(is_stale=True), _sight(), []
+    state, sight, fades, rules = _live(is_stale=True), _sight(), [], replace(RULES, fade_frames=4)
     for _ in range(6):
-        action = _one(state, sight)
+        action = _one(state, sight, rules)
         fades.append(action.fade)
         state = advance(state, action, sight)
     assert fades == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0, 1.0])

@@ -13,7 +13,9 @@ def test_ssim_is_wangs_formula_window_by_window(rng):
         for x in range(reach, 15 - reach):
             p, q = (i[y - reach : y + reach + 1, x - reach : x + reach + 1] for i in (a, b))
             covariance = ((p - p.mean()) * (q - q.mean())).mean()
-            expected = (2 * p.mean() * q.mean() + C1) * (2 * covariance + C2) / ((p.mean() ** 2 + q.mean() ** 2 + C1) * (p.var() + q.var() + C2))
+            expected = (
+                (2 * p.mean() * q.mean() + C1) * (2 * covariance + C2) / ((p.mean() ** 2 + q.mean() ** 2 + C1) * (p.var() + q.var() + C2))
+            )
             assert found[y, x] == pytest.approx(expected, abs=1e-9)
 
 
