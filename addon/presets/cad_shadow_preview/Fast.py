@@ -1,4 +1,4 @@
-"""Quick looks and big scenes: one map, one camera sample per pixel. Half the passes over the geometry of Balanced and less."""
+"""Quick looks and big scenes: one map where Balanced draws four, one camera sample per pixel."""
 
 import bpy
 
