@@ -172,8 +172,3 @@ def shutdown() -> None:
     if worker is not None:
         atexit.unregister(shutdown)
         worker.close()
-
-
-def on_worker() -> bool:
-    """True on the GL thread; Blender-facing code asserts that it is False."""
-    return threading.current_thread().name == THREAD_NAME

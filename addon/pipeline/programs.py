@@ -121,5 +121,5 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
 
 
 def matrix_bytes(matrix: object) -> bytes:
-    """A float64 (4, 4) row-major matrix as the float32 column-major bytes that GLSL wants."""
+    """A row-major matrix as the float32 column-major bytes that GLSL wants."""
     return np.ascontiguousarray(np.asarray(matrix, dtype=np.float64).T, dtype=np.float32).tobytes()

@@ -28,7 +28,7 @@ from .impostor_life import ImpostorChoice, ImpostorFrame, library_of
 from .readback import frame_passes, read_texture
 from .scene import Scene
 from .settings import Settings
-from .shadow_pass import draw_shadow_maps
+from .shadow_pass import ShadowMaps, draw_shadow_maps
 
 Progress = Callable[[float, str], None]
 STAGES = ("sync", "upload", "gbuffer", "shadow", "shade", "readback")
@@ -130,8 +130,7 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     ticket.enter(0.4, "shadow")
     plan = _plan(device, request, scene_bounds)
     if plan is not None:
-        maps = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test)
-        draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, request.settings.test)
+        draw_shadow_maps(device.context, device.programs, _shadow_maps(device, request, plan), draw_list, plan, request.settings.test)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
     combined, data = _shade(device, request, draw_list, plan, impostors, ticket)
@@ -172,6 +171,10 @@ def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowP
     )
 
 
+def _shadow_maps(device: Device, request: Request, plan: ShadowPlan) -> ShadowMaps:
+    return device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test)
+
+
 def _shade(
     device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
 ) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
@@ -179,7 +182,8 @@ def _shade(
     wants_data = request.measure or any(name in DATA_PASSES for name in request.passes)
     samples = request.settings.shading.samples if "combined" in request.passes else 1
     target = device.shade_target(request.size, wants_data)
-    _shade_once(device, request, request.camera, draw_list, plan, target)
+    if wants_data or samples == 1:
+        _shade_once(device, request, request.camera, draw_list, plan, target)
     data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
     if samples == 1:
         return (read_texture(target.textures[0]) if "combined" in request.passes else None), data
@@ -194,7 +198,7 @@ def _shade(
 
 
 def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
-    maps = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test) if plan is not None else None
+    maps = _shadow_maps(device, request, plan) if plan is not None else None
     device.shade_pass.draw(
         target, device.gbuffer(request.size), maps, draw_list, device.triangles(), camera, request.light, plan, request.settings
     )
@@ -228,7 +232,7 @@ def _frame(
         seen = errors[..., 0] >= 0.0
         measured = aliasing_statistics(errors[..., 0][seen], errors[..., 1][seen], errors[..., 2][seen])
     if "texel" in request.passes and plan is not None:
-        passes["shadow_depth"] = device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test).read()
+        passes["shadow_depth"] = _shadow_maps(device, request, plan).read()
     info = device.context.info
     geometry = {"meshes": len(request.scene.meshes), "instances": len(request.scene.instances), "triangles": request.scene.triangle_count}
     if impostors is not None:

@@ -15,7 +15,7 @@ from ..maths.view import Camera, Light
 from .draw_list import DrawList
 from .gbuffer_pass import GBuffer, pixel_rays
 from .gl_raw import BufferTexture
-from .programs import SAMPLER_UNITS, Programs, set_uniforms
+from .programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
 from .settings import DISPLAYS, Settings
 from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_test import test_defines, test_uniforms
@@ -77,8 +77,8 @@ class ShadePass:
         along, start = pixel_rays(camera, target.size)
         set_uniforms(
             program,
-            u_along_from_pixel=_column_major(along),
-            u_start_from_pixel=_column_major(start),
+            u_along_from_pixel=matrix_bytes(along),
+            u_start_from_pixel=matrix_bytes(start),
             u_map_count=len(plan.projections) if plan else 0,
             u_map_size=float(settings.fit.size),
             u_display=DISPLAYS.index(settings.shading.display),
@@ -128,10 +128,6 @@ class ShadePass:
         for array in self._arrays.values():
             array.release()
         self._arrays.clear()
-
-
-def _column_major(matrix: np.ndarray) -> bytes:
-    return np.ascontiguousarray(matrix.T, dtype=np.float32).tobytes()
 
 
 def _light_uniforms(light: Light | None, settings: Settings) -> dict[str, object]:
