@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import cache
+from hashlib import blake2b
 from pathlib import Path
 from statistics import fmean, median
 from time import perf_counter
@@ -18,6 +20,8 @@ from addon.pipeline.settings import Settings
 from addon.truth import TruthTracer, compare
 from addon.truth.compare import COMPARED_PASSES
 from benchmarks import models, views
+
+Key = tuple[str, str, str, str]
 
 
 @dataclass(frozen=True)
@@ -39,11 +43,26 @@ class Row:
     m_max: float | None
     shadow_ms: float
     shade_ms: float
+    code: str = ""
+
+    @property
+    def key(self) -> Key:
+        """What a row is the measurement of; `code` says by which state of the renderer."""
+        return self.model, self.view, self.light, self.method
+
+
+@cache
+def code_mark() -> str:
+    """Eight hex digits that change with the renderer's sources (maths, pipeline, shaders); an export without git has them too."""
+    addon = Path(__file__).resolve().parents[1] / "addon"
+    files = sorted(path for folder in ("maths", "pipeline", "shaders") for path in (addon / folder).glob("*.*"))
+    return blake2b(b"".join(path.read_bytes() for path in files), digest_size=4).hexdigest()
 
 
 def measure(names: Iterable[str], methods: Mapping[str, Settings], elevations: tuple[float, ...] = (), only_first_view: bool = False,
-            size: tuple[int, int] = views.SIZE) -> Iterator[Row]:
-    """Rows of every model × view × light × method, in that order. A view in which nothing faces the light is left out.
+            size: tuple[int, int] = views.SIZE, known: Container[Key] = ()) -> Iterator[Row]:
+    """Rows of every model × view × light × method, in that order, but those whose key is `known`. A view in which nothing faces the
+    light is left out.
 
     `elevations` (degrees) replaces the five lights by suns at these heights, from the side.
     """
@@ -53,8 +72,11 @@ def measure(names: Iterable[str], methods: Mapping[str, Settings], elevations: t
         for view in views.views(name, scene)[: 1 if only_first_view else None]:
             suns = views.elevated(view.camera, elevations) if elevations else views.lights(view.camera)
             for light_name, light in suns.items():
+                wanted = {method: s for method, s in methods.items() if (name, view.name, light.name, method) not in known}
+                if not wanted:
+                    continue
                 begin = perf_counter()
-                yield from _measure_light(name, scene, tracer, view, light, methods, size)
+                yield from _measure_light(name, scene, tracer, view, light, wanted, size)
                 print(f"{name} {view.name} {light_name}: {perf_counter() - begin:.1f} s", file=sys.stderr, flush=True)
 
 
@@ -69,19 +91,20 @@ def _measure_light(name: str, scene: Scene, tracer: TruthTracer, view: views.Vie
         result, _ = compare(frame, truth, view.camera, light, settings.fit.size, tracer)
         numbers = {key: result[key] for key in ("pixels", "misclassified_pct", "acne_pct", "leak_pct", "edge_px_p95")}
         yield Row(name, view.name, view.kind, light.name, method, ratio, **numbers, m_p95=frame.measured["m_p95"],
-                  m_max=frame.measured["m_max"], shadow_ms=frame.timing_ms["shadow"], shade_ms=frame.timing_ms["shade"])
+                  m_max=frame.measured["m_max"], shadow_ms=frame.timing_ms["shadow"], shade_ms=frame.timing_ms["shade"], code=code_mark())
 
 
-def kept(path: Path, rows: Iterator[Row]) -> list[Row]:
-    """The rows, written to `path` as they come (one JSON object a line), so that a long run that is stopped leaves what it has."""
-    out = []
+def kept(path: Path, rows: Iterator[Row], others: Iterable[Row] = ()) -> None:
+    """`path` anew: `others` (rows of an earlier run that stay), then the rows as they come, one JSON object a line.
+
+    So a long run that is stopped leaves what it has, and can be resumed.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("w", encoding="utf-8") as file:
-        for row in rows:
-            out.append(row)
-            file.write(json.dumps(asdict(row)) + "\n")
-            file.flush()
-    return out
+        for part in (others, rows):
+            for row in part:
+                file.write(json.dumps(asdict(row)) + "\n")
+                file.flush()
 
 
 def read(path: Path) -> list[Row]:

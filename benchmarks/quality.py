@@ -1,27 +1,31 @@
 """The tables of docs/quality.md, each made by one command:
 
     python -m benchmarks.quality first-light      uniform against generalised LiSPSM on the deck; samples against scene fit from outside
-    python -m benchmarks.quality methods          every warp and partition × every model at 4 Mi texels (hours; --models narrows)
+    python -m benchmarks.quality methods          every warp and partition × every model at 4 Mi texels (hours; --models, --only narrow)
     python -m benchmarks.quality bias             bias strategies over 20 light elevations
     python -m benchmarks.quality exact            triangle-exact test against the depth test
     python -m benchmarks.quality write            docs/quality.md anew from what was measured
 
-Needs bpy and embreex. Rows go to benchmarks/results/*.jsonl as they come; `write` is run at the end of each.
+Needs bpy and embreex. Rows go to benchmarks/results/*.jsonl as they come; `write` is run at the end of each. With `--resume` what is
+there already is not measured again; without it, the chosen rows are measured anew and the others stay.
 """
 
 from __future__ import annotations
 
 import argparse
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fnmatch import fnmatch
 from importlib.metadata import version
 from pathlib import Path
 
 import bpy
 import numpy as np
 
+from addon.pipeline.settings import Settings
 from benchmarks import tables
-from benchmarks.measure import kept, measure
+from benchmarks.measure import kept, measure, read
 from benchmarks.methods import BIAS_METHODS, ELEVATIONS, EXACT_METHODS, FIRST_LIGHT_FIT, FIRST_LIGHT_WARP, METHODS
 from benchmarks.models import available
 
@@ -30,34 +34,51 @@ RESULTS = Path(__file__).resolve().parent / "results"
 OUTSIDE = ("huldra_utilities.glb", "tower_crane.glb")
 
 
-def chosen(names: list[str] | None, fallback: tuple[str, ...]) -> tuple[str, ...]:
-    """The models asked for, else those of `fallback` that are here."""
-    return tuple(names) if names else tuple(name for name in fallback if name in available())
+@dataclass(frozen=True)
+class Choice:
+    """What of a table is measured: models (None: the table's own), methods by patterns, and whether rows that are there stay."""
+
+    models: list[str] | None
+    only: list[str]
+    resume: bool
+
+    def names(self, fallback: tuple[str, ...]) -> tuple[str, ...]:
+        """The models asked for, else those of `fallback` that are here."""
+        return tuple(self.models) if self.models else tuple(name for name in fallback if name in available())
 
 
-def run_first_light(names: list[str] | None) -> None:
+def run(choice: Choice, table: str, models: tuple[str, ...], methods: Mapping[str, Settings], **how: object) -> None:
+    """The chosen rows of one table, measured and put in the place of earlier ones. Earlier rows of other models and methods stay."""
+    models = choice.names(models)
+    methods = {name: value for name, value in methods.items() if any(fnmatch(name, pattern) for pattern in choice.only)}
+    path = RESULTS / f"{table}.jsonl"
+    there = read(path) if path.is_file() else []
+    stay = [row for row in there if choice.resume or row.model not in models or row.method not in methods]
+    kept(path, measure(models, methods, known={row.key for row in stay}, **how), stay)
+
+
+def run_first_light(choice: Choice) -> None:
     """Issue "First light", second point."""
-    kept(RESULTS / "first-light-warp.jsonl", measure(chosen(names, ("deck",)), FIRST_LIGHT_WARP))
-    kept(RESULTS / "first-light-fit.jsonl", measure(chosen(names, OUTSIDE), FIRST_LIGHT_FIT))
+    run(choice, "first-light-warp", ("deck",), FIRST_LIGHT_WARP)
+    run(choice, "first-light-fit", OUTSIDE, FIRST_LIGHT_FIT)
 
 
-def run_methods(names: list[str] | None) -> None:
+def run_methods(choice: Choice) -> None:
     """Issue "Every parameterisation", the table of methods × models."""
-    kept(RESULTS / "methods.jsonl", measure(chosen(names, available()), METHODS))
+    run(choice, "methods", available(), METHODS)
 
 
-def run_bias(names: list[str] | None) -> None:
+def run_bias(choice: Choice) -> None:
     """Issue "Shadow tests", bias: one view per model, 20 elevations."""
-    rows = measure(chosen(names, available()), BIAS_METHODS, elevations=ELEVATIONS, only_first_view=True, size=(320, 180))
-    kept(RESULTS / "bias.jsonl", rows)
+    run(choice, "bias", available(), BIAS_METHODS, elevations=ELEVATIONS, only_first_view=True, size=(320, 180))
 
 
-def run_exact(names: list[str] | None) -> None:
+def run_exact(choice: Choice) -> None:
     """Issue "Shadow tests", triangle-exact."""
-    kept(RESULTS / "exact.jsonl", measure(chosen(names, available()), EXACT_METHODS))
+    run(choice, "exact", available(), EXACT_METHODS)
 
 
-RUNS: dict[str, Callable[[list[str] | None], None]] = {
+RUNS: dict[str, Callable[[Choice], None]] = {
     "first-light": run_first_light, "methods": run_methods, "bias": run_bias, "exact": run_exact}
 
 
@@ -72,9 +93,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.quality", description=__doc__.split("\n")[0])
     parser.add_argument("table", choices=(*RUNS, "write"))
     parser.add_argument("--models", nargs="+", metavar="NAME", help="only these (deck, or file names of ../shared/cad/dev)")
+    parser.add_argument("--only", nargs="+", default=["*"], metavar="PATTERN",
+                        help="only methods whose name matches one of these, such as '*one map*'")
+    parser.add_argument("--resume", action="store_true", help="keep the rows that are there, measure what is missing")
     args = parser.parse_args()
     if args.table != "write":
-        RUNS[args.table](args.models)
+        RUNS[args.table](Choice(args.models, args.only, args.resume))
     tables.write(ROOT / "docs" / "quality.md", RESULTS, machine())
 
 
