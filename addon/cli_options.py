@@ -12,7 +12,9 @@ from math import inf, radians
 
 from .advice.goal import MOST_FRAMES, picked_frames
 from .cli_batch_options import NO_BATCH, add_batch, add_preset, add_sun
-from .options import OPTIONS, Option
+from .option import Option
+from .option_impostors import IMPOSTOR_OPTIONS
+from .options import OPTIONS
 from .pipeline.settings import PASSES
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
@@ -104,6 +106,7 @@ SECTIONS = {
     "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
     "filter": ("pcf", "filter_unit", "filter_width"),
     "picture": ("display", "samples", "light_strength", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
+    "impostors": tuple(option.name for option in IMPOSTOR_OPTIONS),
 }
 
 

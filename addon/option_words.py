@@ -70,3 +70,27 @@ SAMPLE_WORDS = tuple(
     (f"{k} per pixel", f"{k} camera sample{'s' * (k > 1)} per pixel of the picture; the data passes stay at pixel centres")
     for k in SAMPLE_COUNTS
 )
+IMPOSTOR_USE_WORDS = (
+    ("Automatic", "Captured at first sight, warped while the predicted error is within its limit, then captured anew"),
+    ("Manual", "Captured at first sight, then only when asked to (Regenerate); where the texture would be wrong geometry is drawn"),
+    ("Off", "All is drawn as geometry; the marks stay"),
+)
+IMPOSTOR_PROJECTION_WORDS = (
+    ("Perspective", "From the eye of the view: exactly the picture there, nothing visible is missed"),
+    ("Orthographic", "Parallel rays, as in the text (RI §5.2): misses a little of what is seen from near, even at its own eye"),
+)
+IMPOSTOR_WARP_WORDS = (
+    ("Follow Rays", "Each pixel follows its view ray through the depths of the texture, front and back: the most exact"),
+    ("Pre-Warp", "The texels are moved first, holes filled by interpolation (RI 5-3, 5-4): as in the text"),
+)
+PREDICTOR_WORDS = (
+    ("Critical Point", "E_u² + E_v² of the neighbouring texels with the largest step in depth, as written (RI 5-5 to 5-7)"),
+    ("Critical Point, Corrected", "By how many pixels that pair opens along its own axis; a pair at rest counts 0"),
+    ("Regions, Sum", "The sum over one critical point in each of 4 × 4 regions, as written (RI §5.6)"),
+    ("Regions, Largest", "The largest of the 4 × 4 critical points, as written (RI §5.6)"),
+    ("Regions Corrected, Sum", "The sum of the corrected openings of 4 × 4 regions, pixels"),
+    ("Regions Corrected, Largest", "The largest corrected opening of 4 × 4 regions, pixels"),
+    ("Regions, Share", "The share of the 4 × 4 regions that open by more than a pixel"),
+    ("Edge Sum", "The pixels that come into view behind all depth edges, as a share of those covered: follows the truth best"),
+    ("Edge Sum, Fast", "The edge sum from directional sums made at capture: nearly as good at a fixed cost"),
+)

@@ -6,12 +6,12 @@ Defaults, choices and checks stay in the frozen dataclasses of `maths.choices` a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from math import inf
-from typing import Literal
+from dataclasses import fields
 
 from .errors import SettingsError
 from .maths.choices import CONVERGENCES, FITS, LOG_WARPS, PARTITIONS, WARPS
+from .option import Option, choice
+from .option_impostors import IMPOSTOR_APPLIES, IMPOSTOR_OPTIONS
 from .option_words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
@@ -27,57 +27,8 @@ from .option_words import (
 )
 from .pipeline.settings import BIASES, DISPLAYS, FILTER_UNITS, PCF_COUNTS, TESTS, Settings
 
-Kind = Literal["choice", "number", "count", "switch", "numbers", "color"]
-
-
-@dataclass(frozen=True, slots=True)
-class Option:
-    """One thing the user can set.
-
-    `name` is the property's name, the key in a settings file and, with dashes, the flag of the command line. `targets` are the
-    (group, field) pairs of `Settings` it feeds. `low`, `high` hard limits and `soft_low`, `soft_high` those of a slider.
-    `items` label and explanation per choice. `unit` is 'm', '' or 'texel'. `start` is where an optional number starts when switched on.
-    """
-
-    name: str
-    targets: tuple[tuple[str, str], ...]
-    kind: Kind
-    label: str
-    text: str
-    low: float = -inf
-    high: float = inf
-    soft: tuple[float, float] | None = None
-    items: tuple[tuple[str, str, str], ...] = ()
-    unit: str = ""
-    start: float | None = None
-
-    @property
-    def default(self) -> object:
-        """The dataclass's default (None when the value is optional and not given)."""
-        group, field = self.targets[0]
-        return getattr(getattr(Settings(), group), field)
-
-    @property
-    def is_optional(self) -> bool:
-        """True when leaving it out means 'automatic'."""
-        return self.start is not None
-
-    @property
-    def flag(self) -> str:
-        """Its spelling on the command line."""
-        return "--" + self.name.replace("_", "-")
-
-
-def _items(identifiers: tuple, words: tuple[tuple[str, str], ...]) -> tuple[tuple[str, str, str], ...]:
-    return tuple((str(i), label, text) for i, (label, text) in zip(identifiers, words, strict=True))
-
-
-def _choice(name: str, group: str, field: str, label: str, text: str, identifiers: tuple, words: tuple[tuple[str, str], ...]) -> Option:
-    return Option(name, ((group, field),), "choice", label, text, items=_items(identifiers, words))
-
-
 OPTIONS: tuple[Option, ...] = (
-    _choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARPS, WARP_WORDS),
+    choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARPS, WARP_WORDS),
     Option(
         "eta",
         (("warp", "eta"),),
@@ -110,7 +61,7 @@ OPTIONS: tuple[Option, ...] = (
         unit="m",
         start=1.0,
     ),
-    _choice(
+    choice(
         "convergence",
         "warp",
         "convergence",
@@ -119,7 +70,7 @@ OPTIONS: tuple[Option, ...] = (
         CONVERGENCES,
         CONVERGENCE_WORDS,
     ),
-    _choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITIONS, PARTITION_WORDS),
+    choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITIONS, PARTITION_WORDS),
     Option(
         "partitions",
         (("partition", "count"),),
@@ -158,7 +109,7 @@ OPTIONS: tuple[Option, ...] = (
         soft=(256, 4096),
         unit="texel",
     ),
-    _choice("fit", "fit", "kind", "Fit", "What the shadow map's texels are spread over", FITS, FIT_WORDS),
+    choice("fit", "fit", "kind", "Fit", "What the shadow map's texels are spread over", FITS, FIT_WORDS),
     Option(
         "margin",
         (("fit", "margin_texels"),),
@@ -169,7 +120,7 @@ OPTIONS: tuple[Option, ...] = (
         soft=(0.0, 16.0),
         unit="texel",
     ),
-    _choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", TESTS, TEST_WORDS),
+    choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", TESTS, TEST_WORDS),
     Option(
         "depths",
         (("test", "depths"),),
@@ -179,7 +130,7 @@ OPTIONS: tuple[Option, ...] = (
         low=1,
         high=8,
     ),
-    _choice(
+    choice(
         "pcf",
         "test",
         "pcf",
@@ -188,7 +139,7 @@ OPTIONS: tuple[Option, ...] = (
         PCF_COUNTS,
         PCF_WORDS,
     ),
-    _choice("filter_unit", "test", "filter_unit", "Filter Unit", "What the filter's width is measured in", FILTER_UNITS, FILTER_UNIT_WORDS),
+    choice("filter_unit", "test", "filter_unit", "Filter Unit", "What the filter's width is measured in", FILTER_UNITS, FILTER_UNIT_WORDS),
     Option(
         "filter_width",
         (("test", "filter_width"),),
@@ -200,7 +151,7 @@ OPTIONS: tuple[Option, ...] = (
         soft=(0.1, 16.0),
         start=3.0,
     ),
-    _choice("bias_strategy", "test", "bias_strategy", "Bias", "How self-shadowing (acne) is kept away", BIASES, BIAS_WORDS),
+    choice("bias_strategy", "test", "bias_strategy", "Bias", "How self-shadowing (acne) is kept away", BIASES, BIAS_WORDS),
     Option(
         "bias",
         (("test", "bias"),),
@@ -241,8 +192,8 @@ OPTIONS: tuple[Option, ...] = (
         "ID per Material",
         "Faces of different material slots of one object count as different objects in the ID test",
     ),
-    _choice("display", "shading", "display", "Show", "What the picture shows", DISPLAYS, DISPLAY_WORDS),
-    _choice(
+    choice("display", "shading", "display", "Show", "What the picture shows", DISPLAYS, DISPLAY_WORDS),
+    choice(
         "samples",
         "shading",
         "samples",
@@ -299,6 +250,7 @@ OPTIONS: tuple[Option, ...] = (
         high=100.0,
         soft=(0.0, 1.0),
     ),
+    *IMPOSTOR_OPTIONS,
 )
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
@@ -392,4 +344,5 @@ _APPLIES = {
     "epsilon_far": lambda v: v.test != "depth",
     "id_per_material": lambda v: v.test == "id-depth",
     "clay": lambda v: not v.use_object_colors,
+    **IMPOSTOR_APPLIES,
 }

@@ -12,7 +12,8 @@ import numpy as np
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
-from .options import OPTIONS, Option, applies, with_options
+from .option import Option
+from .options import OPTIONS, applies, with_options
 from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
 from .pipeline.settings import Settings
 from .sun_properties import CadShadowSun

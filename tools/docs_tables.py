@@ -18,7 +18,8 @@ from math import isinf
 from pathlib import Path
 
 from addon.cli_options import build_parser
-from addon.options import BY_NAME, Option
+from addon.option import Option
+from addon.options import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "presets" / "cad_shadow_preview"

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+from math import degrees
 
 from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, require_choice
+from ..maths.relief_frame import CaptureChoice
+from ..maths.relief_life import LIMITS, LifeSettings
 
 TESTS = ("depth", "id-depth", "triangle")
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
@@ -13,6 +16,10 @@ PCF_COUNTS = (1, 4, 9, 16, 25)
 FILTER_UNITS = ("texel", "pixel", "metre")
 PASSES = ("combined", "shadow", "depth", "normal", "object", "partition", "aliasing", "texel")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
+IMPOSTOR_USES = ("automatic", "manual", "off")
+IMPOSTOR_PROJECTIONS = ("perspective", "orthographic")
+IMPOSTOR_WARPS = ("inverse", "forward")
+_LIFE, _CAPTURE = LifeSettings(), CaptureChoice()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +87,45 @@ class ShadingChoice:
 
 
 @dataclass(frozen=True, slots=True)
+class ImpostorSettings:
+    """How objects marked as impostors are captured, drawn and renewed (RI; `maths/relief_life.py`, `maths/relief_frame.py`).
+
+    `use` 'automatic': the life cycle renews them; 'manual': the user does; 'off': all is drawn as geometry. `fresh`: every final render
+    captures anew, so that a picture does not depend on those before it. `limit` of the `predictor`, in its unit (None: its usual one).
+    `max_tilt_deg` beyond which an impostor is renewed in any case. `regenerations` per picture of a view, `memory_mib` for all textures.
+    `break_even`: what is cheaper as geometry is drawn as geometry.
+    """
+
+    use: str = "automatic"
+    fresh: bool = True
+    projection: str = "perspective"
+    back_layer: bool = True
+    warp: str = "inverse"
+    predictor: str = _LIFE.predictor
+    limit: float | None = _LIFE.limit
+    texels_per_pixel: float = 2.0
+    max_texels: int = _CAPTURE.max_texels
+    max_tilt_deg: float = round(degrees(_LIFE.max_tilt_rad), 6)
+    regenerations: int = _LIFE.regenerations
+    memory_mib: int = _LIFE.memory_bytes >> 20
+    fade_frames: int = _LIFE.fade_frames
+    break_even: bool = True
+
+    def __post_init__(self) -> None:
+        require_choice("Impostors", self.use, IMPOSTOR_USES)
+        require_choice("Impostor projection", self.projection, IMPOSTOR_PROJECTIONS)
+        require_choice("Impostor warp", self.warp, IMPOSTOR_WARPS)
+        require_choice("Impostor predictor", self.predictor, tuple(LIMITS))
+        require(self.limit is None or 0.0 < self.limit < 1e12, "The impostors' error limit must be positive.")
+        require(0.125 <= self.texels_per_pixel <= 8.0, "Impostor texels per pixel must lie between 1/8 and 8.")
+        require(16 <= self.max_texels <= 8192, "The largest impostor texture must lie between 16 and 8192 texels.")
+        require(0.0 < self.max_tilt_deg <= 85.0, "The impostors' largest tilt must lie above 0° and not above 85°.")
+        require(0 <= self.regenerations <= 10000, "Impostor captures per picture: 0 to 10000.")
+        require(1 <= self.memory_mib <= 1 << 20, "The impostors' texture memory must be 1 MiB or more.")
+        require(0 <= self.fade_frames <= 60, "The impostors' crossfade takes 0 to 60 pictures.")
+
+
+@dataclass(frozen=True, slots=True)
 class Settings:
     """Everything a render needs beside the scene, the camera and the light."""
 
@@ -88,6 +134,7 @@ class Settings:
     fit: FitChoice = field(default_factory=FitChoice)
     test: TestChoice = field(default_factory=TestChoice)
     shading: ShadingChoice = field(default_factory=ShadingChoice)
+    impostor: ImpostorSettings = field(default_factory=ImpostorSettings)
 
     def as_dict(self) -> dict[str, object]:
         """Every effective value, nested, JSON-ready (the report's `settings`)."""

@@ -1,7 +1,7 @@
 """Presets of the method, in Blender's own preset system: the shipped ones in `cad_shadow_preview/`, the user's in Blender's user folder.
 
-A preset holds how shadows are made and how many samples a pixel gets; lights, colours and what is shown belong to the scene. Before one is
-loaded everything it may hold goes back to its default, so a file needs to name only what differs, and old files stay whole.
+A preset holds how shadows are made and how many samples a pixel gets; lights, colours, what is shown and impostors belong to the scene.
+Before one is loaded everything it may hold goes back to its default, so a file needs to name only what differs, and old files stay whole.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from ..errors import SettingsError
-from ..options import OPTIONS, Option
+from ..option import Option
+from ..options import OPTIONS
 
 SUBDIR = "cad_shadow_preview"
 SEARCH_PATH = Path(__file__).resolve().parents[1]  # Blender looks for `presets/SUBDIR` below it
@@ -21,7 +22,7 @@ SHIPPED = Path(__file__).resolve().parent / SUBDIR
 
 
 def _belongs(option: Option) -> bool:
-    return option.name == "samples" or option.targets[0][0] != "shading"
+    return option.name == "samples" or option.targets[0][0] not in ("shading", "impostor")
 
 
 HELD = tuple(name for o in OPTIONS if _belongs(o) for name in ((o.name, "use_" + o.name) if o.is_optional else (o.name,)))

@@ -47,6 +47,10 @@ CHANGES = {
     "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True,
     "display": "aliasing", "samples": "9", "light_strength": 1.5, "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1),
     "use_object_colors": False, "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5),
+    "impostor_use": "manual", "impostor_fresh": False, "impostor_projection": "orthographic", "impostor_back": False,
+    "impostor_warp": "forward", "impostor_predictor": "critical", "impostor_limit": 0.125, "impostor_texels": 1.5,
+    "impostor_max_texels": 512, "impostor_tilt": 30.0, "impostor_captures": 3, "impostor_memory": 64, "impostor_fade": 4,
+    "impostor_break_even": False,
 }  # fmt: skip
 
 

@@ -1,0 +1,55 @@
+"""What an option is. The options themselves: `options.py`, `option_impostors.py`. No bpy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import Literal
+
+from .pipeline.settings import Settings
+
+Kind = Literal["choice", "number", "count", "switch", "numbers", "color"]
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One thing the user can set.
+
+    `name` is the property's name, the key in a settings file and, with dashes, the flag of the command line. `targets` are the
+    (group, field) pairs of `Settings` it feeds. `low`, `high` hard limits and `soft_low`, `soft_high` those of a slider.
+    `items` label and explanation per choice. `unit` is 'm', '' or 'texel'. `start` is where an optional number starts when switched on.
+    """
+
+    name: str
+    targets: tuple[tuple[str, str], ...]
+    kind: Kind
+    label: str
+    text: str
+    low: float = -inf
+    high: float = inf
+    soft: tuple[float, float] | None = None
+    items: tuple[tuple[str, str, str], ...] = ()
+    unit: str = ""
+    start: float | None = None
+
+    @property
+    def default(self) -> object:
+        """The dataclass's default (None when the value is optional and not given)."""
+        group, field = self.targets[0]
+        return getattr(getattr(Settings(), group), field)
+
+    @property
+    def is_optional(self) -> bool:
+        """True when leaving it out means 'automatic'."""
+        return self.start is not None
+
+    @property
+    def flag(self) -> str:
+        """Its spelling on the command line."""
+        return "--" + self.name.replace("_", "-")
+
+
+def choice(name: str, group: str, field: str, label: str, text: str, identifiers: tuple, words: tuple[tuple[str, str], ...]) -> Option:
+    """An option with fixed choices, `words` (label, explanation) in their order."""
+    items = tuple((str(i), word, meaning) for i, (word, meaning) in zip(identifiers, words, strict=True))
+    return Option(name, ((group, field),), "choice", label, text, items=items)

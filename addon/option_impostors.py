@@ -1,0 +1,166 @@
+"""The options about impostors: part of `options.OPTIONS`, here for their number. No bpy."""
+
+from __future__ import annotations
+
+from .maths.relief_life import LIMITS
+from .option import Option, choice
+from .option_words import IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
+from .pipeline.settings import IMPOSTOR_PROJECTIONS, IMPOSTOR_USES, IMPOSTOR_WARPS
+
+GROUP = "impostor"
+
+
+def _one(name: str, field: str, kind: str, label: str, text: str, **rest: object) -> Option:
+    return Option(name, ((GROUP, field),), kind, label, text, **rest)
+
+
+IMPOSTOR_OPTIONS: tuple[Option, ...] = (
+    choice(
+        "impostor_use",
+        GROUP,
+        "use",
+        "Impostors",
+        "When objects marked as impostors are captured and drawn from a texture with depth",
+        IMPOSTOR_USES,
+        IMPOSTOR_USE_WORDS,
+    ),
+    _one(
+        "impostor_fresh",
+        "fresh",
+        "switch",
+        "Fresh in Renders",
+        "Final renders capture their impostors anew in each picture, which then depends on no other; off: they live on from frame to frame",
+    ),
+    choice(
+        "impostor_projection",
+        GROUP,
+        "projection",
+        "Projection",
+        "From where the texture's rays come at capture",
+        IMPOSTOR_PROJECTIONS,
+        IMPOSTOR_PROJECTION_WORDS,
+    ),
+    _one(
+        "impostor_back",
+        "back_layer",
+        "switch",
+        "Back Layer",
+        "Keep where the solids end behind the first surface: side walls that come into view are closed instead of missing",
+    ),
+    choice(
+        "impostor_warp",
+        GROUP,
+        "warp",
+        "Impostor Warp",
+        "How the texture follows the moving eye",
+        IMPOSTOR_WARPS,
+        IMPOSTOR_WARP_WORDS,
+    ),
+    choice(
+        "impostor_predictor",
+        GROUP,
+        "predictor",
+        "Predictor",
+        "Which predicted error decides when an impostor is captured anew",
+        tuple(LIMITS),
+        PREDICTOR_WORDS,
+    ),
+    _one(
+        "impostor_limit",
+        "limit",
+        "number",
+        "Error Limit",
+        "Predicted error above which an impostor is captured anew, in the predictor's unit; the edge sums count as a share of the pixels "
+        "that the impostor covers",
+        low=1e-6,
+        high=1e9,
+        soft=(0.005, 0.5),
+        start=0.05,
+    ),
+    _one(
+        "impostor_texels",
+        "texels_per_pixel",
+        "number",
+        "Texels per Pixel",
+        "Texture resolution at capture as a multiple of the picture's (RI 5-1): more texels stay sharp longer on approach",
+        low=0.125,
+        high=8.0,
+        soft=(0.5, 4.0),
+    ),
+    _one(
+        "impostor_max_texels",
+        "max_texels",
+        "count",
+        "Largest Texture",
+        "Texels of the longer side at most; above that the texels grow",
+        low=16,
+        high=8192,
+        soft=(128, 4096),
+        unit="texel",
+    ),
+    _one(
+        "impostor_tilt",
+        "max_tilt_deg",
+        "number",
+        "Largest Tilt",
+        "Degrees by which the view of an impostor may turn before it is captured anew, whatever the predicted error",
+        low=1.0,
+        high=85.0,
+        soft=(5.0, 60.0),
+    ),
+    _one(
+        "impostor_captures",
+        "regenerations",
+        "count",
+        "Captures per Picture",
+        "Impostors captured for one picture of a view at most: fewer keep the view smooth, the others wait or are drawn as geometry",
+        low=0,
+        high=10000,
+        soft=(1, 16),
+    ),
+    _one(
+        "impostor_memory",
+        "memory_mib",
+        "count",
+        "Texture Memory",
+        "MiB for all impostors together: beyond it the least needed become geometry",
+        low=1,
+        high=1 << 20,
+        soft=(64, 4096),
+    ),
+    _one(
+        "impostor_fade",
+        "fade_frames",
+        "count",
+        "Crossfade",
+        "Pictures over which a new texture replaces the old one, dithered; 0 changes at once",
+        low=0,
+        high=60,
+        soft=(0, 10),
+    ),
+    _one(
+        "impostor_break_even",
+        "break_even",
+        "switch",
+        "Geometry if Cheaper",
+        "Marked objects with so few triangles that drawing them costs less than their texture are drawn as geometry",
+    ),
+)
+
+
+def _is_used(values: object) -> bool:
+    return values.impostor_use != "off"
+
+
+def _is_automatic(values: object) -> bool:
+    return values.impostor_use == "automatic"
+
+
+IMPOSTOR_APPLIES = {
+    **{option.name: _is_used for option in IMPOSTOR_OPTIONS if option.name != "impostor_use"},
+    **dict.fromkeys(
+        ("impostor_fresh", "impostor_predictor", "impostor_limit", "impostor_captures", "impostor_memory", "impostor_fade"), _is_automatic
+    ),
+    "impostor_break_even": _is_automatic,
+}
+"""What changes nothing with the other choices."""
