@@ -68,7 +68,11 @@ class CadShadowEngine(bpy.types.RenderEngine):
         """One frame, for F12, animations, `blender -b` and `rendering.render`."""
         request = active_request()
         try:
-            outcome = self._outcome(sources.job_for_render(depsgraph))
+            job = sources.job_for_render(depsgraph)
+            if request is not None and request.reads_only:
+                request.job = job
+                return
+            outcome = self._outcome(job)
             self._deliver(outcome.frame, depsgraph)
             if request is not None:
                 request.outcome = outcome

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from .pipeline.frame import Frame
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .report import report_of
+
+if TYPE_CHECKING:
+    from .pipeline.impostor_life import ImpostorChoice
 
 ENGINE_PASSES = ("combined", "depth", "normal", "shadow", "aliasing")
 MAX_PIXELS = 16384
@@ -34,7 +38,7 @@ class Job:
 
     `name` is the input as the report shows it; `size` (width, height) in pixels; `passes` by the contract's names; `sync_ms` the time
     that reading the scene took; `warnings` what the user should know about how the scene was read; `measure` False leaves the error
-    statistics out (the live view, where nobody reads them).
+    statistics out (the live view, where nobody reads them). `impostors` stand for some of the objects; None: all are geometry.
     """
 
     name: str
@@ -47,6 +51,7 @@ class Job:
     sync_ms: float | None = None
     warnings: tuple[str, ...] = field(default=())
     measure: bool = True
+    impostors: ImpostorChoice | None = None
 
     def __post_init__(self) -> None:
         if not all(1 <= n <= MAX_PIXELS for n in self.size):
@@ -62,7 +67,7 @@ class Job:
             else (light.kind, _bytes(light.direction_ws), _bytes(light.position_ws), light.cone_rad, light.cone_blend, light.color)
         )
         seen = (camera.view_from_world.tobytes(), camera.clip_from_view.tobytes(), camera.near, camera.far)
-        return id(self.scene), seen, lit, self.settings, self.size
+        return id(self.scene), seen, lit, self.settings, self.size, self.impostors
 
 
 def _bytes(vector: np.ndarray | None) -> bytes | None:
@@ -97,7 +102,7 @@ class Pending:
     def __init__(self, job: Job) -> None:
         request, renderer = _pipeline()
         self.job = job
-        asked = request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure)
+        asked = request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure, job.impostors)
         self._future, self._ticket = renderer().submit(asked)
 
     @property

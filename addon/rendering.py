@@ -8,20 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import bpy
 
 from .default_view import camera_for_view
 from .errors import Cancelled, SceneError, UserError
-from .job import ENGINE_PASSES, Outcome
+from .job import ENGINE_PASSES, Job, Outcome
 from .maths.view import Camera
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .views import CameraMaker, Lens, LightMaker
 
 ENGINE = "CAD_SHADOW_PREVIEW"
+NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"
 NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
 
 
@@ -30,7 +31,7 @@ class Request:
     """What a caller of `render` wants of the engine; the engine fills in `outcome` or `error`.
 
     None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
-    `lens` changes whatever camera it is.
+    `lens` changes whatever camera it is. With `reads_only` the engine notes the `job` and draws nothing.
     """
 
     name: str
@@ -41,6 +42,8 @@ class Request:
     lens: Lens = Lens()
     size: tuple[int, int] | None = None
     warnings: tuple[str, ...] = ()
+    reads_only: bool = False
+    job: Job | None = field(default=None, init=False)
     outcome: Outcome | None = field(default=None, init=False)
     error: UserError | None = field(default=None, init=False)
 
@@ -63,6 +66,23 @@ def render(scene: bpy.types.Scene, request: Request, write_to: Path | None = Non
 
     The scene's engine and output settings are put back afterwards. Raises `UserError` (of whatever kind the engine met).
     """
+    _through_the_engine(scene, request, write_to)
+    if request.outcome is None:
+        raise request.error or Cancelled(NOT_CALLED)
+    return request.outcome
+
+
+def read(scene: bpy.types.Scene, request: Request) -> Job:
+    """What `render` would draw, without drawing it: the scene as a render sees it. Raises `UserError`."""
+    asked = replace(request, reads_only=True)
+    _through_the_engine(scene, asked, None)
+    if asked.job is None:
+        raise asked.error or Cancelled(NOT_CALLED)
+    return asked.job
+
+
+def _through_the_engine(scene: bpy.types.Scene, request: Request, write_to: Path | None) -> None:
+    """Have Blender call the engine with `request` active."""
     if scene.camera is None and request.camera is None:
         request.camera, request.warnings = isometric, (*request.warnings, NO_CAMERA)
     with _borrowed(scene, request.size, write_to):
@@ -73,9 +93,6 @@ def render(scene: bpy.types.Scene, request: Request, write_to: Path | None = Non
             raise request.error or SceneError(_one_line(str(error))) from error
         finally:
             _requests.pop()
-    if request.outcome is None:
-        raise request.error or Cancelled("Blender did not call the engine: is the view layer switched off for rendering?")
-    return request.outcome
 
 
 def _one_line(message: str) -> str:

@@ -15,6 +15,7 @@ from .pipeline.settings import Settings
 
 if TYPE_CHECKING:
     from .job import Job
+    from .pipeline.impostor_life import ImpostorReport
 
 TIMINGS = ("sync", "upload", "shadow", "gbuffer", "shade", "readback", "total")
 COUNTS = ("meshes", "instances", "triangles")
@@ -41,7 +42,8 @@ def report_of(job: Job, frame: Frame) -> dict[str, object]:
         "partitions": partitions_of(job, plan) if plan else [],
         "measured": frame.measured,
         "timing_ms": _timing(job.sync_ms, frame.timing_ms),
-        "geometry": {name: frame.geometry.get(name) for name in COUNTS},
+        "geometry": geometry_of(frame),
+        **({"impostors": [impostor_row(one) for one in frame.impostors]} if frame.impostors else {}),
         "warnings": [*job.warnings, *frame.warnings],
         "errors": [],
     }
@@ -59,6 +61,33 @@ def failed_report(name: str, settings: Settings | None, message: str) -> dict[st
         "geometry": dict.fromkeys(COUNTS),
         "warnings": [],
         "errors": [message],
+    }
+
+
+def geometry_of(frame: Frame) -> dict[str, int | None]:
+    """The contract's counts; where there are impostors also the triangles that the camera was spared by them."""
+    names = (*COUNTS, "triangles_saved") if frame.impostors else COUNTS
+    return {name: frame.geometry.get(name) for name in names}
+
+
+def impostor_row(one: ImpostorReport) -> dict[str, object]:
+    """One impostor in one picture: its stage and why, Schaufler's β, every predictor, what it takes and what it stands for."""
+    betas = one.betas
+    return {
+        "name": one.name,
+        "stage": one.stage,
+        "reason": one.reason,
+        "age": one.age,
+        "limit": known(one.limit),
+        "tilt_deg": known(degrees(one.tilt_rad)),
+        "beta_screen": known(betas.screen) if betas else None,
+        "beta_trans_p": known(betas.trans_p) if betas else None,
+        "beta_trans_n": known(betas.trans_n) if betas else None,
+        "beta": known(betas.total) if betas else None,
+        "predicted": {name: known(value) for name, value in one.errors.items()},
+        "size": list(one.size),
+        "bytes": one.bytes,
+        "triangles": one.triangles,
     }
 
 

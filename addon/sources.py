@@ -11,6 +11,7 @@ import numpy as np
 
 from .default_view import default_sun
 from .errors import SceneError
+from .impostors import choice_of
 from .job import ENGINE_PASSES, Job
 from .maths.view import Camera, Light
 from .pipeline.scene import Scene
@@ -49,9 +50,9 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     light, light_warnings = _light(blender_scene.cad_shadow, scene, camera, request)
     settings = _with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
     warnings = (*request.warnings, *scene.warnings, *camera_warnings, *light_warnings)
-    return Job(
-        request.name, scene, camera, light, settings, size, tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes))), sync_ms, warnings
-    )
+    passes = tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes)))
+    impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
+    return Job(request.name, scene, camera, light, settings, size, passes, sync_ms, warnings, impostors=impostors)
 
 
 def job_for_view(context: bpy.types.Context) -> Job:
@@ -76,7 +77,10 @@ def job_for_view(context: bpy.types.Context) -> Job:
     light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
     warnings = (*scene.warnings, *camera_warnings, *light_warnings)
     settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
-    return Job(bpy.data.filepath or "unsaved scene", scene, camera, light, settings, size, ENGINE_PASSES, sync_ms, warnings)
+    impostors = choice_of(scene, settings.impostor)
+    return Job(
+        bpy.data.filepath or "unsaved scene", scene, camera, light, settings, size, ENGINE_PASSES, sync_ms, warnings, impostors=impostors
+    )
 
 
 class LiveScene:
@@ -104,13 +108,14 @@ class LiveScene:
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = _light(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = _with_film(settings_from(depsgraph.scene.cad_shadow), depsgraph.scene)
-        return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False)
+        impostors = choice_of(self._scene, settings.impostor)
+        return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False, impostors=impostors)
 
 
 def fingerprint_of(scene: Scene) -> bytes:
     """16 bytes that name what a scene looks like: equal ones draw the same."""
     digest = hashlib.blake2b(digest_size=16)
-    digest.update(repr(([mesh.key for mesh in scene.meshes], scene.origin_ws.tolist())).encode())
+    digest.update(repr(([mesh.key for mesh in scene.meshes], scene.origin_ws.tolist(), scene.marks)).encode())
     for array in (
         scene.instances.mesh_index,
         scene.instances.world_from_object,

@@ -14,7 +14,7 @@ from ..errors import SceneError
 from ..maths.choices import require, require_choice
 from ..maths.relief import CaptureFrame
 from ..maths.relief_beta import Betas, betas
-from ..maths.relief_edges import EdgeChoice
+from ..maths.relief_edges import EdgeChoice, ReliefEdges
 from ..maths.relief_error import predict, relief_set
 from ..maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
 from ..maths.relief_life import SHARED, Action, ImpostorState, LifeSettings, Sight, advance, decide
@@ -46,6 +46,7 @@ class ImpostorChoice:
     `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `method`
     'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
     for the break-even; `never_dearer` False draws impostors however cheap the geometry is. `exact` also computes `edge_sum_px`.
+    `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
     """
 
     groups: tuple[ImpostorGroup, ...] = ()
@@ -60,6 +61,7 @@ class ImpostorChoice:
     pixel_ns: float = 150.0
     never_dearer: bool = True
     exact: bool = False
+    fresh: bool = False
 
     def __post_init__(self) -> None:
         require_choice("Impostor mode", self.mode, MODES)
@@ -70,7 +72,8 @@ class ImpostorChoice:
 
 @dataclass(frozen=True, eq=False)
 class ImpostorReport:
-    """One impostor in one frame. `errors` every predictor by name (empty without a texture), `size` texels, `triangles` it stands for."""
+    """One impostor in one frame. `errors` every predictor by name (empty without a texture), `size` texels, `triangles` it stands for.
+    `edges` what the predictors keep of the texture: its frame and critical points."""
 
     key: Hashable
     name: str
@@ -84,6 +87,7 @@ class ImpostorReport:
     size: tuple[int, int]
     bytes: int
     triangles: int
+    edges: ReliefEdges | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +131,7 @@ class ImpostorLibrary:
 
     def update(self, scene: Scene, draw_list: DrawList, camera: Camera, size: tuple[int, int], choice: ImpostorChoice) -> ImpostorFrame:
         """Decide, capture, evict; what to draw with `camera` at `size` (w, h). Groups no longer asked for lose their textures."""
-        self._forget({g.key for g in choice.groups})
+        self._forget(set() if choice.fresh else {g.key for g in choice.groups})
         parts = [_Part.of(scene, group) for group in choice.groups]
         states = [self._state(part, draw_list) for part in parts]
         sights = self._sights(parts, camera, size, choice)
@@ -237,12 +241,13 @@ class ImpostorLibrary:
             size,
             textures.bytes if textures else 0,
             part.triangles,
+            textures.edges if textures else None,
         )
 
 
-def library_of(device: Device) -> ImpostorLibrary:
-    """The device's impostors, made on first use and released with it."""
-    return device.attached("impostors", lambda: ImpostorLibrary(device))
+def library_of(device: Device, fresh: bool = False) -> ImpostorLibrary:
+    """The device's impostors, made on first use and released with it; those of fresh frames apart from those that live on."""
+    return device.attached("fresh impostors" if fresh else "impostors", lambda: ImpostorLibrary(device))
 
 
 @dataclass(frozen=True, eq=False)

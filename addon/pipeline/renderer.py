@@ -53,7 +53,7 @@ class Ticket:
 
 @dataclass(frozen=True)
 class Request:
-    """Everything one frame needs."""
+    """Everything one frame needs. `shown` (I,) bool: the instances that the camera sees, where not all; the others still cast shadows."""
 
     scene: Scene
     camera: Camera
@@ -63,6 +63,7 @@ class Request:
     passes: tuple[str, ...] = ("combined",)
     measure: bool = True
     impostors: ImpostorChoice | None = None
+    shown: np.ndarray | None = None
 
 
 class Renderer:
@@ -122,9 +123,9 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     draw_list = device.store.sync(request.scene)
     clock.lap("upload")
     ticket.enter(0.2, "gbuffer")
-    impostors = None
-    if request.impostors is not None:
-        impostors = library_of(device).update(request.scene, draw_list, request.camera, request.size, request.impostors)
+    impostors, choice = None, request.impostors
+    if choice is not None:
+        impostors = library_of(device, choice.fresh).update(request.scene, draw_list, request.camera, request.size, choice)
     _draw_surfaces(device, request, draw_list, request.camera, impostors)
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
@@ -144,7 +145,7 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
 
 def _draw_surfaces(device: Device, request: Request, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None) -> None:
     """What the camera sees: geometry, and impostors instead of the objects they stand for."""
-    gbuffer, rows = device.gbuffer(request.size), impostors.geometry_rows if impostors is not None else None
+    gbuffer, rows = device.gbuffer(request.size), impostors.geometry_rows if impostors is not None else request.shown
     draw_gbuffer(device.context, device.programs, gbuffer, draw_list, camera, rows)
     for drawn in impostors.drawn if impostors is not None else ():
         drawn.draw(device, gbuffer, camera)

@@ -78,9 +78,25 @@ class Instances:
         return len(self.mesh_index)
 
 
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """What the user marked as an impostor: an 'object' or a 'collection', by the number it keeps when renamed, undone or moved.
+
+    `place` tells apart the copies that instancers make of it. `name` is what it is called now; marks are equal whatever their names.
+    """
+
+    kind: str
+    uid: int
+    place: tuple[int, ...] = ()
+    name: str = field(default="", compare=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to."""
+    """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to.
+
+    `marks` one per object, parallel to `object_names`: the impostor it belongs to, None for none. Empty when nothing is marked.
+    """
 
     meshes: tuple[Mesh, ...]
     instances: Instances
@@ -89,6 +105,7 @@ class Scene:
     lights: tuple[Light, ...] = ()
     cameras: tuple[Camera, ...] = ()
     warnings: tuple[str, ...] = field(default=())
+    marks: tuple[Mark | None, ...] = ()
 
     @property
     def triangle_count(self) -> int:

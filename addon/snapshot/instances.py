@@ -9,9 +9,11 @@ import bpy
 import numpy as np
 
 from ..maths.view import Light
+from ..pipeline.scene import Mark
 from .lights import light_from_object
 from .materials import DEFAULT_COLOR, Color, base_color
 
+MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
 IGNORED, LIGHT, CAMERA = -1, -2, -3
 FLAT = 1e-12
 
@@ -30,11 +32,15 @@ class Kind:
 
 @dataclass(eq=False)
 class Rows:
-    """What the loop found, world coordinates absolute: row i is an instance of `kinds[kind[i]]` called `names[i]` at `matrices[i]`."""
+    """What the loop found, world coordinates absolute: row i is an instance of `kinds[kind[i]]` called `names[i]` at `matrices[i]`.
+
+    `marks[i]` is the impostor it belongs to; the list is empty when nobody asked.
+    """
 
     kinds: list[Kind] = field(default_factory=list)
     kind: list[int] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
+    marks: list[Mark | None] = field(default_factory=list)
     matrices: np.ndarray = field(default_factory=lambda: np.empty((0, 4, 4)))
     lights: list[Light] = field(default_factory=list)
     cameras: list[bpy.types.Object] = field(default_factory=list)
@@ -47,6 +53,8 @@ class Rows:
             self.matrices = self.matrices[usable]
             self.kind = [k for k, good in zip(self.kind, usable, strict=True) if good]
             self.names = [n for n, good in zip(self.names, usable, strict=True) if good]
+            if self.marks:
+                self.marks = [m for m, good in zip(self.marks, usable, strict=True) if good]
         return dropped
 
 
@@ -62,8 +70,10 @@ class InstanceLoop:
         content_of: Callable[[bpy.types.Object], Hashable | None],
         use_object_color: bool = False,
         space: bpy.types.SpaceView3D | None = None,
+        mark_of: MarkOf | None = None,
     ) -> None:
         self.depsgraph, self.content_of, self.use_object_color, self.space = depsgraph, content_of, use_object_color, space
+        self.mark_of = mark_of
         self.rows = Rows()
         self._colors: dict[int, Color] = {}
         self._slotted: set[int] = set()
@@ -102,6 +112,8 @@ class InstanceLoop:
                 kind_of.append(kind)
                 names.append(ob.name)
                 index.append(i)
+                if self.mark_of is not None:
+                    self.rows.marks.append(self.mark_of(instance))
             elif kind == LIGHT:
                 self._add_light(ob, matrices[i])
             elif kind == CAMERA and not instance.is_instance:

@@ -22,6 +22,7 @@ from ..pipeline.mesh_prep import DEFAULT_CREASE_RAD, Defects
 from ..pipeline.scene import Instances, Mesh, Scene
 from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
+from .marks import mark_reader
 from .meshes import read_object
 
 ContentKey = tuple[bytes, float]
@@ -58,7 +59,7 @@ class SceneReader:
         instances; `Scene.bounds_ws` says so. What could not be drawn is named in `warnings`.
         """
         session = _Session(self, crease_angle_rad)
-        rows = InstanceLoop(depsgraph, session.content_of, use_object_color, space).run()
+        rows = InstanceLoop(depsgraph, session.content_of, use_object_color, space, mark_reader()).run()
         session.prepare_pending()
         rows.keep(session.is_drawable(rows))
         self._content, self._known, self.counts = session.content, session.known, session.counts
@@ -76,6 +77,7 @@ class SceneReader:
             cameras=cameras,
             lights=tuple(_moved(light, origin) for light in rows.lights),
             warnings=(*warnings, *complaints),
+            marks=tuple(rows.marks),
         )
 
     def clear(self) -> None:

@@ -1,0 +1,85 @@
+"""From marks and settings to what the renderer is asked about impostors. Used by every face; no bpy.
+
+The pipeline is imported when something is marked, not before, so that enabling the add-on stays quick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from math import radians
+from typing import TYPE_CHECKING
+
+from .pipeline.scene import Mark, Scene
+
+if TYPE_CHECKING:
+    from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup
+    from .pipeline.settings import ImpostorSettings
+
+ALL_AT_ONCE = 10000
+
+
+def groups_of(scene: Scene) -> tuple[ImpostorGroup, ...]:
+    """The impostors marked in a scene, in the order of their first object."""
+    from .pipeline.impostor_life import ImpostorGroup
+
+    members: dict[Mark, list[int]] = {}
+    for object_id, mark in enumerate(scene.marks):
+        if mark is not None:
+            members.setdefault(mark, []).append(object_id)
+    return tuple(ImpostorGroup(mark, tuple(ids), mark.name) for mark, ids in members.items())
+
+
+def whole(scene: Scene, name: str) -> tuple[ImpostorGroup, ...]:
+    """The whole scene as one impostor."""
+    from .pipeline.impostor_life import ImpostorGroup
+
+    return (ImpostorGroup(Mark("scene", 0, name=name), tuple(range(len(scene.object_names))), name),)
+
+
+def choice_of(
+    scene: Scene, settings: ImpostorSettings, *, fresh: bool = False, regenerate: frozenset[Hashable] = frozenset()
+) -> ImpostorChoice | None:
+    """What a picture of `scene` asks for; None when nothing is marked or impostors are off.
+
+    `fresh`: all captured for this picture, whatever was before (the settings' use 'manual' is not: its textures are the user's).
+    """
+    if settings.use == "off" or not any(scene.marks):
+        return None
+    return choice_for(groups_of(scene), settings, fresh=fresh, regenerate=regenerate)
+
+
+def choice_for(
+    groups: tuple[ImpostorGroup, ...],
+    settings: ImpostorSettings,
+    *,
+    fresh: bool = False,
+    exact: bool = False,
+    regenerate: frozenset[Hashable] = frozenset(),
+) -> ImpostorChoice:
+    """The choice for given groups; `exact` also computes the predictor whose cost grows with the texture."""
+    from .maths.relief_frame import CaptureChoice
+    from .maths.relief_life import LifeSettings
+    from .pipeline.impostor_life import ImpostorChoice
+
+    fresh = fresh and settings.use == "automatic"
+    life = LifeSettings(
+        predictor=settings.predictor,
+        limit=settings.limit,
+        max_tilt_rad=radians(settings.max_tilt_deg),
+        regenerations=ALL_AT_ONCE if fresh else settings.regenerations,
+        memory_bytes=settings.memory_mib << 20,
+        fade_frames=settings.fade_frames,
+    )
+    capture = CaptureChoice(settings.projection == "perspective", settings.texels_per_pixel, settings.max_texels)
+    return ImpostorChoice(
+        groups,
+        life,
+        capture,
+        with_back=settings.back_layer,
+        mode="manual" if settings.use == "manual" else "automatic",
+        method=settings.warp,
+        regenerate=regenerate,
+        never_dearer=settings.break_even,
+        exact=exact,
+        fresh=fresh,
+    )

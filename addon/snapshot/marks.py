@@ -1,0 +1,59 @@
+"""Which objects and collections are marked as impostors, and which of them a drawn instance belongs to.
+
+A mark is a switch of the object or collection itself, so it is saved, copied, undone and renamed with it. Where several hold, the narrowest
+counts: an object's own mark, then that of the smallest collection it is in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import bpy
+import numpy as np
+
+from ..pipeline.scene import Mark
+from .instances import MarkOf
+
+PROPERTY = "cad_shadow_impostor"
+
+
+def marked(holders: bpy.types.bpy_prop_collection) -> list[bpy.types.ID]:
+    """The marked ones of `bpy.data.objects` or `bpy.data.collections`. Fast, also where there are many and none is marked."""
+    if not len(holders) or not hasattr(type(holders[0]), PROPERTY):
+        return []
+    flags = np.zeros(len(holders), dtype=bool)
+    holders.foreach_get(PROPERTY, flags)
+    return [one for one, is_marked in zip(holders, flags, strict=True) if is_marked] if flags.any() else []
+
+
+def mark_of_id(holder: bpy.types.ID) -> Mark:
+    """The mark of an object or a collection."""
+    return Mark("collection" if isinstance(holder, bpy.types.Collection) else "object", holder.session_uid, name=holder.name)
+
+
+def mark_reader() -> MarkOf | None:
+    """A function from a depsgraph's instance to the impostor it belongs to; None when nothing is marked."""
+    collections = sorted(marked(bpy.data.collections), key=lambda c: -len(c.all_objects))
+    by_object = {ob.session_uid: mark_of_id(c) for c in collections for ob in c.all_objects}
+    by_object |= {ob.session_uid: mark_of_id(ob) for ob in marked(bpy.data.objects)}
+    return _reader(by_object) if by_object else None
+
+
+def _reader(by_object: dict[int, Mark]) -> MarkOf:
+    def mark_of(instance: bpy.types.DepsgraphObjectInstance) -> Mark | None:
+        if not instance.is_instance:
+            return by_object.get(instance.object.original.session_uid)
+        owner = instance.parent.original.session_uid
+        if owner in by_object:
+            return by_object[owner]
+        mark = by_object.get(instance.object.original.session_uid)
+        if mark is None:
+            return None
+        return replace(mark, place=(owner,) if mark.kind == "collection" else _place(owner, instance.persistent_id))
+
+    return mark_of
+
+
+def _place(owner: int, persistent_id: Iterable[int]) -> tuple[int, ...]:
+    return owner, *persistent_id
