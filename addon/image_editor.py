@@ -22,7 +22,8 @@ def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bp
     """
     height, width = picture.shape[:2]
     image = bpy.data.images.get(name)
-    if image is not None and (tuple(image.size) != (width, height) or not image.is_float):
+    fits = image is not None and tuple(image.size) == (width, height) and image.is_float and image.use_view_as_render != is_data
+    if image is not None and not fits:
         bpy.data.images.remove(image)
         image = None
     if image is None:

@@ -1,7 +1,7 @@
 """The legends of a live view that shows data: the scale of the error m, or the colours of the shadow maps. No bpy.
 
-The colours are an image that `viewport.py` draws with the picture, so that Blender's view transform changes both alike; the words are
-drawn by `hud`. Lengths are pixels; y grows upwards from the legend's lower edge.
+`hud` draws them, the colours untouched by Blender's view transform, as those of the picture. Lengths are pixels; y grows upwards from the
+legend's lower edge.
 """
 
 from __future__ import annotations
@@ -31,15 +31,16 @@ class Word:
 
 @dataclass(frozen=True, eq=False)
 class Legend:
-    """A box of `size`; in it the rectangle `colors_at` (x, y, width, height) filled by `colors`, and words.
+    """A box of `size`; in it the rectangle `colors_at` (x, y, width, height) filled by `colors`, words, and marks.
 
-    `colors` (h, w, 4) float32, linear, top row first.
+    `colors` (h, w, 4) float32, linear, top row first. `marks`: the ends (x, y) of short lines, two by two.
     """
 
     size: tuple[int, int]
     colors_at: tuple[int, int, int, int]
     colors: np.ndarray
     words: tuple[Word, ...]
+    marks: tuple[tuple[float, float], ...] = ()
 
 
 def legend_of(display: str, plan: ShadowPlan | None, scale: float) -> Legend | None:
@@ -53,7 +54,7 @@ def legend_of(display: str, plan: ShadowPlan | None, scale: float) -> Legend | N
 
 @lru_cache(maxsize=4)
 def heat_legend(scale: float) -> Legend:
-    """The bar of log2 m under its title; below it the numbers, and what the ends mean."""
+    """The bar of log2 m under its title; below it a mark for each number, the numbers, and what the ends mean."""
     width, bar, line, pad = (round(length * scale) for length in (WIDTH, BAR, LINE, PAD))
     length, foot = width - 2 * pad, pad + 2 * line
     row = _linear(scale_colors(2.0 ** np.linspace(LOG2_LOW, LOG2_HIGH, length)))
@@ -63,7 +64,8 @@ def heat_legend(scale: float) -> Legend:
     ideal = next(x for x, text in places if text == "1")
     meanings = [Word("fine", pad, pad), Word("ideal", ideal, pad, "middle"), Word("jagged", width - pad, pad, "right")]
     size = (width, foot + bar + line + pad)
-    return Legend(size, (pad, foot, length, bar), np.repeat(row[None], bar, axis=0), (title, *numbers, *meanings))
+    marks = tuple((x, y) for x, _ in places for y in (foot - 0.3 * line, foot))
+    return Legend(size, (pad, foot, length, bar), np.repeat(row[None], bar, axis=0), (title, *numbers, *meanings), marks)
 
 
 def map_legend(plan: ShadowPlan, scale: float) -> Legend:

@@ -2,6 +2,10 @@
 
 While the view moves, a coarser picture is asked for (fewer pixels, smaller maps); when it has been still for a moment, the full one.
 At most one picture is in the making per view; the newest wish replaces all older ones. Nothing here waits for the worker.
+
+A shaded picture is drawn by the engine and goes through the scene's view transform. A picture of data (shadow, error, maps) must not be
+changed by it, since its legend's colours mean numbers: unless the view transform leaves colours alone, it is drawn after the scene and
+Blender's overlays, which it covers. Blender offers no way to draw there beneath them.
 """
 
 from __future__ import annotations
@@ -12,20 +16,21 @@ from weakref import WeakSet
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from . import sources
 from .errors import Cancelled, UserError
-from .hud.canvas import texture_of
-from .hud.legend import LiveLegend
 from .job import Job, Pending
 from .maths.projection import ShadowPlan
 from .rendering import ENGINE
+from .textures import texture_of
 
 COARSE = 2  # pixels and map texels per side are divided by this while the view moves
 STILL_S = 0.25
 POLL_S = 0.03
 
 _views: WeakSet[LiveView] = WeakSet()
+_handlers: list[object] = []
 
 
 @dataclass(frozen=True)
@@ -55,8 +60,9 @@ class LiveView:
         self._shown: Wish | None = None
         self._image: np.ndarray | None = None
         self._texture: object | None = None
+        self._is_drawn_late = False
         self._shows: tuple[str, ShadowPlan | None] = ("shaded", None)  # the display and the maps of the image
-        self._legend = LiveLegend()
+        self.region = 0  # the pointer of the region it was drawn in last
         self._wanted: tuple | None = None
         self._moved_at = 0.0
         _views.add(self)
@@ -73,8 +79,12 @@ class LiveView:
         except UserError as error:
             self.message = str(error)
         engine.update_stats("", self.message)
-        self._draw_texture(engine, depsgraph.scene, context.region)
-        self._legend.draw_colors(context, *self._shows)
+        self.region = context.region.as_pointer()
+        self._is_drawn_late = self._shows[0] != "shaded" and not leaves_colours(depsgraph.scene)
+        if not self._is_drawn_late:
+            engine.bind_display_space_shader(depsgraph.scene)
+            self._draw_texture("ALPHA_PREMULT", (0, 0), context.region.width, context.region.height)
+            engine.unbind_display_space_shader()
 
     def _ask(self, job: Job) -> None:
         """Start the next picture if none is in the making and the newest one shown is not the one wanted."""
@@ -115,7 +125,24 @@ class LiveView:
             return self._pending[1].done()
         return self._shown is not None and self._shown.coarseness > 1 and time.monotonic() - self._moved_at >= STILL_S
 
-    def _draw_texture(self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene, region: bpy.types.Region) -> None:
+    @property
+    def shows(self) -> tuple[str, ShadowPlan | None]:
+        """The display (settings.DISPLAYS) of the picture shown, and the shadow maps it was made with."""
+        return self._shows
+
+    def draw_late(self) -> None:
+        """Draw a picture of data over what Blender has drawn so far, its colours as they are."""
+        import gpu
+
+        if not self._is_drawn_late:
+            return
+        gpu.state.depth_test_set("NONE")
+        with gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
+            gpu.matrix.load_identity()
+            gpu.matrix.load_projection_matrix(Matrix.Identity(4))
+            self._draw_texture("ALPHA_PREMULT", (-1, -1), 2, 2)
+
+    def _draw_texture(self, blend: str, corner: tuple[int, int], width: int, height: int) -> None:
         import gpu  # gpu and gpu_extras are not there without a window
         from gpu_extras.presets import draw_texture_2d
 
@@ -123,10 +150,8 @@ class LiveView:
             return
         if self._texture is None:
             self._texture = texture_of(self._image)
-        gpu.state.blend_set("ALPHA_PREMULT")
-        engine.bind_display_space_shader(scene)
-        draw_texture_2d(self._texture, (0, 0), region.width, region.height)
-        engine.unbind_display_space_shader()
+        gpu.state.blend_set(blend)
+        draw_texture_2d(self._texture, corner, width, height)
         gpu.state.blend_set("NONE")
 
     def close(self) -> None:
@@ -134,8 +159,33 @@ class LiveView:
         if self._pending is not None:
             self._pending[1].cancel()
         self._pending = self._texture = self._image = None
-        self._legend.close()
         _views.discard(self)
+
+
+def live_view_in(region: bpy.types.Region) -> LiveView | None:
+    """The live view that was drawn in this region last; None when there is none."""
+    pointer = region.as_pointer()
+    return next((view for view in list(_views) if view.region == pointer), None)
+
+
+def leaves_colours(scene: bpy.types.Scene) -> bool:
+    """True when the scene's colour management shows linear sRGB colours as they are."""
+    view = scene.view_settings
+    changes = view.use_curve_mapping or getattr(view, "use_white_balance", False) or view.exposure != 0.0 or view.gamma != 1.0
+    return view.view_transform == "Standard" and view.look == "None" and not changes
+
+
+def _draw_late() -> None:
+    """Blender calls this for every 3D viewport, after the scene."""
+    context = bpy.context
+    view = live_view_in(context.region) if is_live(context) else None
+    if view is not None:
+        view.draw_late()
+
+
+def is_live(context: bpy.types.Context) -> bool:
+    """True while the viewport that is being drawn shows this engine's pictures."""
+    return context.space_data.shading.type == "RENDERED" and context.engine == ENGINE
 
 
 def _tick() -> float | None:
@@ -156,7 +206,8 @@ def _ensure_timer() -> None:
 
 
 def register() -> None:
-    """Nothing to do before the first viewport shows Rendered shading."""
+    """Where there are windows, be called after the scene is drawn."""
+    _handlers.append(bpy.types.SpaceView3D.draw_handler_add(_draw_late, (), "WINDOW", "POST_VIEW"))
 
 
 def _leave_rendered() -> None:
@@ -172,7 +223,9 @@ def _leave_rendered() -> None:
 
 
 def unregister() -> None:
-    """Close every live view, leave Rendered shading and stop the timer."""
+    """Close every live view, leave Rendered shading, stop the timer and the drawing."""
+    while _handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
     for view in list(_views):
         view.close()
     if bpy.app.timers.is_registered(_tick):

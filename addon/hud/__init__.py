@@ -1,4 +1,4 @@
-"""What is drawn over a 3D viewport in pixels: the words of the live view's legend, and the graph of the error; and their switches.
+"""What is drawn over a 3D viewport in pixels: the live view's legend, and the graph of the error; and their switches.
 
 The lines in the scene are `overlays.py`'s.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..rendering import ENGINE
+from .. import viewport
 from . import graph, legend
 from .canvas import Canvas, free_box
 
@@ -20,9 +20,10 @@ def _draw() -> None:
     if not context.space_data.overlay.show_overlays:
         return
     canvas = Canvas(free_box(context.area, context.region), context.preferences.system.ui_scale)
-    manager, shading = context.window_manager, context.space_data.shading
-    if manager.cad_shadow_legend and shading.type == "RENDERED" and context.engine == ENGINE:
-        legend.draw_words(canvas, context.region)
+    manager = context.window_manager
+    live = viewport.live_view_in(context.region) if manager.cad_shadow_legend and viewport.is_live(context) else None
+    if live is not None:
+        legend.draw(canvas, live)
     if manager.cad_shadow_graph:
         graph.draw(canvas)
 
@@ -66,5 +67,6 @@ def unregister() -> None:
         bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
     bpy.types.VIEW3D_PT_overlay.remove(draw_switches)
     graph.forget()
+    legend.forget()
     del bpy.types.WindowManager.cad_shadow_legend
     del bpy.types.WindowManager.cad_shadow_graph

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import bpy
-import numpy as np
 
 Color = tuple[float, float, float, float]
 Box = tuple[float, float, float, float]
 
 MARGIN = 14
 FONT_SIZE = 11.5
-INK, DIM, BACK = (0.93, 0.93, 0.93, 1.0), (0.93, 0.93, 0.93, 0.35), (0.03, 0.03, 0.035, 0.92)
+INK, DIM, BACK = (0.93, 0.93, 0.93, 1.0), (0.93, 0.93, 0.93, 0.35), (0.12, 0.12, 0.13, 0.98)
 
 
 def free_box(area: bpy.types.Area, region: bpy.types.Region) -> Box:
@@ -30,15 +29,6 @@ def free_box(area: bpy.types.Area, region: bpy.types.Region) -> Box:
         elif other.alignment == "TOP":
             top = min(top, other.y)
     return left - region.x, bottom - region.y, max(right - left, 0), max(top - bottom, 0)
-
-
-def texture_of(image: np.ndarray) -> object:
-    """A linear (h, w, 4) image, top row first, on Blender's GPU."""
-    import gpu
-
-    height, width = image.shape[:2]
-    flat = np.ascontiguousarray(image[::-1], dtype=np.float32).ravel()
-    return gpu.types.GPUTexture((width, height), format="RGBA16F", data=gpu.types.Buffer("FLOAT", len(flat), flat))
 
 
 class Canvas:
@@ -65,13 +55,11 @@ class Canvas:
         if width > 0 and height > 0:
             self.triangles([(x, y), (x + width, y), (x + width, y + height), (x, y), (x + width, y + height), (x, y + height)], color)
 
-    def frame(self, outer: Box, hole: Box) -> None:
-        """The background of a box with a hole in it."""
-        (x, y, w, h), (a, b, c, d) = outer, hole
-        self.rectangle(x, y, w, b - y)
-        self.rectangle(x, b + d, w, y + h - b - d)
-        self.rectangle(x, b, a - x, d)
-        self.rectangle(a + c, b, x + w - a - c, d)
+    def image(self, texture: object, box: Box) -> None:
+        """A texture of linear colours, opaque."""
+        from gpu_extras.presets import draw_texture_2d
+
+        draw_texture_2d(texture, box[:2], *box[2:])
 
     def triangles(self, points: Sequence[tuple[float, float]], color: Color) -> None:
         """Filled triangles, three points each."""
@@ -102,11 +90,15 @@ class Canvas:
         batch.draw(shader)
         gpu.state.blend_set("NONE")
 
+    def width_of(self, text: str) -> float:
+        """How wide a text will be."""
+        self._blf.size(0, FONT_SIZE * self.scale)
+        return self._blf.dimensions(0, text)[0]
+
     def word(self, text: str, x: float, y: float, anchor: str = "left", color: Color = INK) -> None:
         """A text, its lower edge at y, its 'left', 'middle' or 'right' at x."""
         blf = self._blf
-        blf.size(0, FONT_SIZE * self.scale)
         share = {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor]
-        blf.position(0, round(x - share * blf.dimensions(0, text)[0]), round(y), 0)
+        blf.position(0, round(x - share * self.width_of(text)), round(y), 0)
         blf.color(0, *color)
         blf.draw(0, text)

@@ -93,10 +93,14 @@ def _draw_axes(canvas: Canvas, plot: _Plot) -> None:
         canvas.word(text, left[0] - 6 * s, left[1] - 4 * s, "right")
     for split in graph.splits:
         canvas.segments([plot.at(split, 2.0**LOG2_LOW), plot.at(split, 2.0**LOG2_HIGH)], DIM, 1.0)
+    free_from = 0.0
     for z in graph.ticks():
-        x, y = plot.at(z, 2.0**LOG2_LOW)
+        (x, y), text = plot.at(z, 2.0**LOG2_LOW), f"{z:g} m"
         canvas.segments([(x, y), (x, y - 4 * s)], INK, 1.0)
-        canvas.word(f"{z:g} m", x, y - 17 * s, "middle")
+        half = 0.5 * canvas.width_of(text)
+        if x - half >= free_from:  # far depths lie close together on a logarithmic axis
+            canvas.word(text, x, y - 17 * s, "middle")
+            free_from = x + half + 6 * s
 
 
 def _draw_measured(canvas: Canvas, plot: _Plot) -> None:

@@ -18,7 +18,8 @@ class CAD_SHADOW_OT_preview(JobOperator, bpy.types.Operator):
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Show the picture."""
-        image_editor.show(context, image_editor.to_image(outcome.frame.passes["combined"]))
+        is_data = outcome.job.settings.shading.display != "shaded"  # its colours mean numbers: no view transform may change them
+        image_editor.show(context, image_editor.to_image(outcome.frame.passes["combined"], is_data=is_data))
 
 
 OPERATOR = CAD_SHADOW_OT_preview

@@ -5,34 +5,36 @@ from __future__ import annotations
 import bpy
 
 from .. import session
-from .quality import number
+from ..options import BY_NAME
+from .quality import duration, number
 from .settings import ORDER_OF_QUALITY, TAB
+from .words import paragraph
 
 MOST_ROWS = 8
 
 
-def _cells(row: dict[str, object]) -> tuple[str, ...]:
-    partition = row["partition"] if row["partitions"] == 1 else f"{row['partition']} {row['partitions']}"
-    measured = row["measured"]
-    share = f"{100 * measured['share_above_1']:.0f} %"
-    return (
-        f"{row['warp']}, {partition}, {row['fit']}",
-        f"{row['maps']} × {row['map_size']}",
-        number(measured["m_p95"]),
-        number(measured["m_p99"]),
-        share,
-    )
+def _label(option: str, key: str) -> str:
+    """A choice as the panels call it."""
+    return next(label for name, label, _ in BY_NAME[option].items if name == key)
 
 
-def _table(layout: bpy.types.UILayout, rows: list[dict[str, object]]) -> None:
-    """Two lines per combination, since a sidebar is narrow: what it is, and below it its maps and errors."""
-    box = layout.box().column(align=True)
-    box.label(text="Maps · m 95 % · m 99 % · above 1")
-    for row in rows:
-        name, *numbers = _cells(row)
-        box.separator()
-        box.label(text=name, icon="DOT")
-        box.label(text="     " + "  ·  ".join(numbers))
+def _name(row: dict[str, object]) -> str:
+    """A combination in the panels' words."""
+    partition = _label("partition", row["partition"]) + ("" if row["partitions"] == 1 else f" {row['partitions']}")
+    return f"{_label('warp', row['warp'])}, {partition.lower()}, {_label('fit', row['fit']).lower()}"
+
+
+def _maps(row: dict[str, object]) -> str:
+    return f"{row['maps']} × {row['map_size']}² px"
+
+
+def _draw_row(layout: bpy.types.UILayout, context: bpy.types.Context, row: dict[str, object], icon: str = "DOT") -> None:
+    """What the combination is, and below it its maps and errors, since a sidebar is narrow."""
+    measured, column = row["measured"], layout.column(align=True)
+    paragraph(column, context, _name(row), icon)
+    column.label(text=_maps(row), icon="BLANK1")
+    errors = f"m {number(measured['m_p95'])}, {number(measured['m_p99'])};"
+    column.label(text=f"{errors} {100 * measured['share_above_1']:.0f} % > 1", icon="BLANK1")
 
 
 class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
@@ -44,7 +46,7 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
     bl_category = TAB
     bl_order = ORDER_OF_QUALITY
 
-    def draw(self, _context: bpy.types.Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         """The button; the last advice below it."""
         layout, advice = self.layout, session.last_advice()
         layout.operator("cad_shadow.advise", icon="LIGHT_DATA")
@@ -52,13 +54,19 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
             return
         proposal = advice["proposal"]
         if proposal is not None:
-            layout.label(text=", ".join(_cells(proposal)[:2]), icon="CHECKMARK")
+            paragraph(layout, context, f"{_name(proposal)}, {_maps(proposal)}", "CHECKMARK")
             then, now = proposal["rendered"], advice["current"]["rendered"]
-            layout.label(text=f"m p95 {number(then['m_p95'])} (now {number(now['m_p95'])}), {number(then['total_ms'])} ms")
+            layout.label(text=f"m 95 %: {number(then['m_p95'])}, now {number(now['m_p95'])}", icon="BLANK1")
+            layout.label(text=f"A picture takes {duration(then['total_ms'])}", icon="BLANK1")
             layout.operator("cad_shadow.apply_advice", icon="IMPORT")
         for note in advice["notes"]:
-            layout.label(text=note, icon="INFO")
-        _table(layout, [*advice["table"][:MOST_ROWS], advice["current"]])
+            paragraph(layout, context, note, "INFO")
+        box = layout.box().column()
+        paragraph(box, context, "Measured; m is the error of 95 % and of 99 % of the pixels")
+        for row in advice["table"][:MOST_ROWS]:
+            _draw_row(box, context, row)
+        box.label(text="Now:")
+        _draw_row(box, context, advice["current"], "RADIOBUT_ON")
 
 
 def register() -> None:

@@ -6,6 +6,7 @@ import bpy
 
 from .. import session
 from .settings import ORDER_OF_QUALITY, TAB
+from .words import paragraph
 
 
 def number(value: float | None, unit: str = "") -> str:
@@ -76,7 +77,7 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
         for part in report["partitions"]:
             _partition(layout, part)
         for warning in report["warnings"]:
-            layout.label(text=warning, icon="ERROR")
+            paragraph(layout, context, warning, "ERROR")
 
 
 def register() -> None:

@@ -10,6 +10,7 @@ import bpy
 from ..options import BY_NAME, applies, unsuited
 from .compatible import ENGINE
 from .placing import draw_camera, draw_sun, draw_sun_study
+from .words import paragraph
 
 TAB = "CAD Shadow"
 
@@ -59,7 +60,7 @@ def draw_choice(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], N
         draw_options(*names[1:])(self, context)
         reason = unsuited(option.name, getattr(props, option.name), light)
         if reason:
-            self.layout.label(text=reason, icon="INFO")
+            paragraph(self.layout, context, reason, "INFO")
 
     return draw
 

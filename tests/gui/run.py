@@ -12,15 +12,18 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from faces import same_from_every_face
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
 SIZE = (1600, 1200)
-LIMIT_S = 900
+LIMIT_S = {"tour": 900, "stress": 2400}
 MODULE = "bl_ext.user_default.cad_shadow_preview"
 # What in Blender's log is a defect of ours.
 BAD_LOG = re.compile(r"Traceback|Error:|EXCEPTION|Segmentation|Not freed|GL error|^WARN.*cad_shadow", re.MULTILINE)
@@ -93,21 +96,34 @@ def install(chroot: Chroot, package: Path) -> None:
     chroot.run("blender", "-b", "--python-exit-code", "3", "--python-expr", PREFERENCES)
 
 
-def tour(chroot: Chroot, steps: list[str]) -> tuple[int | None, str]:
-    """Blender with its window through tour.py: its exit code (None when it had to be ended) and its log."""
-    for name in ("harness.py", "tour.py"):
+def note_memory(process: subprocess.Popen, path: Path) -> None:
+    """Write the resident bytes of a process to a file, again and again while it lives: the chroot has no /proc to look them up."""
+    while process.poll() is None:
+        with suppress(FileNotFoundError, ProcessLookupError):
+            pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
+            path.with_suffix(".new").write_text(str(pages * os.sysconf("SC_PAGE_SIZE")))
+            path.with_suffix(".new").replace(path)
+        time.sleep(0.5)
+
+
+def drive(chroot: Chroot, script: str, steps: list[str]) -> tuple[int | None, str]:
+    """Blender with its window through tour.py or stress.py: its exit code (None when it had to be ended) and its log."""
+    for name in ("harness.py", f"{script}.py"):
         shutil.copy2(HERE / name, chroot.work / name)
     log = chroot.work / "out" / "blender.log"
     command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, SIZE), "--no-window-focus",
-               "--python", chroot.inside(chroot.work / "tour.py"), "--", *steps]
+               "--python", chroot.inside(chroot.work / f"{script}.py"), "--", *steps]
     with log.open("w") as file:
         process = chroot.start(command, stdout=file, stderr=subprocess.STDOUT)
+        notes = threading.Thread(target=note_memory, args=(process, chroot.work / "out" / "memory"), daemon=True)
+        notes.start()
         try:
-            code = process.wait(LIMIT_S)
+            code = process.wait(LIMIT_S[script])
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
             code = None
+        notes.join()
     return code, log.read_text(errors="replace")
 
 
@@ -127,7 +143,7 @@ def judge(results: list[dict], code: int | None, log: str) -> int:
 def main() -> int:
     """The command line."""
     parser = argparse.ArgumentParser(prog="./dev gui-test", description="The extension in a real Blender window.")
-    parser.add_argument("steps", nargs="*", help="only these steps of tests/gui/tour.py (default: all)")
+    parser.add_argument("steps", nargs="*", help="only these steps of tests/gui/tour.py (default: all); 'stress': tests/gui/stress.py")
     parser.add_argument("--suite", default="trixie", choices=["trixie", "sid"], help="the Debian whose Blender is used (default: trixie)")
     options = parser.parse_args()
     root = CACHE / options.suite
@@ -137,13 +153,19 @@ def main() -> int:
         chroot = Chroot(root, Path(folder))
         install(chroot, build_package(Path(folder, "home")))
         with screen(chroot, SIZE):
-            code, log = tour(chroot, options.steps)
+            script, steps = ("stress", options.steps[1:]) if options.steps[:1] == ["stress"] else ("tour", options.steps)
+            code, log = drive(chroot, script, steps)
+        folder = chroot.work / "out" / "faces"
+        faces = same_from_every_face(chroot.run, folder, chroot.inside(folder)) if (folder / "f12.exr").is_file() else []
         shutil.rmtree(output, ignore_errors=True)
         shutil.copytree(chroot.work / "out", output)
     result = output / "result.json"
     found = json.loads(result.read_text()) if result.is_file() else {"steps": []}
     print(f"{found.get('blender', 'Blender')}, {found.get('gl', 'no window')}, {time.monotonic() - started:.0f} s, pictures in {output}")
-    return judge(found["steps"], code, log)
+    for title in ("numbers", "held_up_ms"):
+        for name, value in found.get(title, {}).items():
+            print(f"{title}: {name}: {value}")
+    return judge(found["steps"] + faces, code, log)
 
 
 if __name__ == "__main__":

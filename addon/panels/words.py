@@ -1,0 +1,36 @@
+"""Texts in a sidebar that is narrower than they are: broken into lines, never cut off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+
+MARGINS_PX, ICON_PX = 64.0, 22.0  # of a sidebar at UI scale 1: its tabs, the panel's and a box's borders; an icon before a label
+WITHOUT_REGION_PX = 280.0
+
+
+def broken(text: str, width: float, measure: Callable[[str], float]) -> list[str]:
+    """Lines of whole words, each as long as fits `width` by `measure`; a word too long for a line has one of its own."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and measure(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def paragraph(layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE") -> None:
+    """The text as labels one below the other, the icon before the first, within the width of the region that is being drawn."""
+    import blf
+
+    preferences = context.preferences
+    scale = preferences.system.ui_scale or 1.0  # 0 without a window
+    blf.size(0, preferences.ui_styles[0].widget.points * scale)
+    width = context.region.width if context.region else WITHOUT_REGION_PX * scale
+    room = width - (MARGINS_PX + (ICON_PX if icon != "NONE" else 0.0)) * scale
+    column = layout.column(align=True)
+    for i, line in enumerate(broken(text, room, lambda words: blf.dimensions(0, words)[0])):
+        column.label(text=line, icon=icon if i == 0 or icon == "NONE" else "BLANK1")
