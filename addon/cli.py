@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TextIO
 
 from .cli_batch import run_inputs, run_worker
+from .cli_impostor_options import path_mistake
 from .cli_options import build_parser, joined
 from .errors import SettingsError, UserError
 from .options import with_options
@@ -47,6 +48,10 @@ def main(argv: list[str]) -> int:
             f"cad_shadow {args.command}: no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000",
             file=sys.stderr,
         )
+        return MISUSED
+    mistake = path_mistake(args) if args.command == "impostor-path" else None
+    if mistake is not None:
+        print(f"cad_shadow {args.command}: {mistake}", file=sys.stderr)
         return MISUSED
     args.argv = argv
     with chatter_silenced() as out:

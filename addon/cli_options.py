@@ -12,6 +12,7 @@ from math import inf, radians
 
 from .advice.goal import MOST_FRAMES, picked_frames
 from .cli_batch_options import NO_BATCH, add_batch, add_preset, add_sun
+from .cli_impostor_options import add_capture, add_objects, add_path
 from .option import Option
 from .option_impostors import IMPOSTOR_OPTIONS
 from .options import OPTIONS
@@ -211,10 +212,34 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
         help="also what the light sees: surfaces in the colour of their shadow map, outlines of maps and view",
     )
     add_sun_study(commands)
+    add_impostors(commands)
     add_advise(commands)
     add_bench(commands)
     add_theory(commands)
     return parser
+
+
+def add_impostors(commands: argparse._SubParsersAction) -> None:
+    """`impostor` and `impostor-path`."""
+    capture = commands.add_parser(
+        "impostor",
+        help="capture relief impostors",
+        description="Capture objects from the view: colour, depth, normal, ids as images; critical points and how to draw them as JSON.",
+    )
+    path = commands.add_parser(
+        "impostor-path",
+        help="impostors along a camera path, against direct rendering",
+        description="Run the life of impostors along a camera path: stages, predicted errors, measured errors; as CSV and in the report.",
+    )
+    add_path(path)
+    for command in (capture, path):
+        add_objects(command)
+        add_inputs(command)
+        add_reporting(command)
+        add_view(command)
+        add_method(command, *SECTIONS)
+        command.set_defaults(**NO_BATCH)
+    add_capture(capture, FORMATS)
 
 
 def add_sun_study(commands: argparse._SubParsersAction) -> None:

@@ -19,6 +19,7 @@ from .batch.workers import Answer
 from .bench import Course, run, text_table
 from .cli import chosen_settings
 from .cli_advise import advise_command
+from .cli_impostors import impostor_command, path_command
 from .cli_sun import sun_study_command
 from .errors import UserError
 from .images.png import encode_png
@@ -188,5 +189,5 @@ def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: ar
 
 COMMANDS = {
     "advise": advise_command, "bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command,
-    "sun-study": sun_study_command,
+    "sun-study": sun_study_command, "impostor": impostor_command, "impostor-path": path_command,
 }

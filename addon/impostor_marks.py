@@ -1,7 +1,7 @@
 """The marks "is an impostor" on objects and collections, and the list of them that the sidebar shows.
 
-The marks are Blender properties: saved, undone, copied and keyed by nothing else than the object. The list belongs to the window manager: it
-only mirrors the marks, is made anew when they change, and is never saved.
+The marks are Blender properties: saved, undone and copied with what they are on. The list belongs to the window manager: it only mirrors
+the marks, is made anew when they change, and is never saved.
 """
 
 from __future__ import annotations

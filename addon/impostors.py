@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING
 from .pipeline.scene import Mark, Scene
 
 if TYPE_CHECKING:
+    from .errors import GpuError, SceneError
+    from .job import Job
+    from .pipeline.impostor_bake import BakedImpostor
     from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup
     from .pipeline.settings import ImpostorSettings
 
@@ -83,3 +86,12 @@ def choice_for(
         exact=exact,
         fresh=fresh,
     )
+
+
+def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> list[BakedImpostor | SceneError | GpuError]:
+    """The impostors of `groups` captured from the job's camera, read back, waited for; in the place of one that could not be, its error."""
+    from .pipeline.impostor_bake import bake_all
+    from .pipeline.renderer import Request, shared_renderer
+
+    request = Request(job.scene, job.camera, job.light, job.settings, job.size, measure=False)
+    return bake_all(shared_renderer(), request, choice_for(groups, job.settings.impostor), unlit).result()

@@ -36,7 +36,7 @@ def report_of(job: Job, frame: Frame) -> dict[str, object]:
     """The report of a finished picture."""
     plan = frame.plan
     return {
-        **_head(job.name, frame.gl, job.settings),
+        **head_of(job.name, frame.gl, job.settings),
         "gamma_deg": known(degrees(plan.gamma_rad)) if plan else None,
         "gamma_lim_deg": known(degrees(plan.gamma_lim_rad)) if plan else None,
         "partitions": partitions_of(job, plan) if plan else [],
@@ -52,7 +52,7 @@ def report_of(job: Job, frame: Frame) -> dict[str, object]:
 def failed_report(name: str, settings: Settings | None, message: str) -> dict[str, object]:
     """The report of an input that could not be drawn: the same keys, nothing known but the reason."""
     return {
-        **_head(name, {}, settings),
+        **head_of(name, {}, settings),
         "gamma_deg": None,
         "gamma_lim_deg": None,
         "partitions": [],
@@ -91,7 +91,8 @@ def impostor_row(one: ImpostorReport) -> dict[str, object]:
     }
 
 
-def _head(name: str, gl: dict[str, str], settings: Settings | None) -> dict[str, object]:
+def head_of(name: str, gl: dict[str, str], settings: Settings | None) -> dict[str, object]:
+    """What every report begins with: the input, this version, the OpenGL used, every effective setting."""
     return {
         "input": name,
         "version": extension_version(),

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..images.contact_sheet import contact_sheet
 from ..images.png import encode_png
+from ..images.srgb import srgb
 from ..outputs import write_bytes
 from .stamp import picture_of
 
@@ -47,11 +48,3 @@ def read_picture(path: Path) -> np.ndarray:
         bpy.data.images.remove(image)
     picture = values.reshape(height, width, 4)[::-1]
     return srgb(picture) if path.suffix == ".exr" else picture
-
-
-def srgb(linear: np.ndarray) -> np.ndarray:
-    """Linear light 0…1 (clipped) as sRGB values (IEC 61966-2-1); alpha stays."""
-    clipped = np.clip(np.nan_to_num(linear[..., :3]), 0.0, 1.0)
-    out = np.array(linear, dtype=np.float32)
-    out[..., :3] = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.maximum(clipped, 0.0031308) ** (1 / 2.4) - 0.055)
-    return out

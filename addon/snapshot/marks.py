@@ -1,7 +1,8 @@
 """Which objects and collections are marked as impostors, and which of them a drawn instance belongs to.
 
-A mark is a switch of the object or collection itself, so it is saved, copied, undone and renamed with it. Where several hold, the narrowest
-counts: an object's own mark, then that of the smallest collection it is in.
+A mark is a switch of the object or collection itself, so it is saved, copied, undone and renamed with it. A marked empty stands for all
+objects below it (an assembly of a CAD file). Where several hold, the narrowest counts: an object's own mark, then that of the nearest
+marked empty above it, then that of the smallest collection it is in.
 """
 
 from __future__ import annotations
@@ -34,10 +35,20 @@ def mark_of_id(holder: bpy.types.ID) -> Mark:
 
 def mark_reader() -> MarkOf | None:
     """A function from a depsgraph's instance to the impostor it belongs to; None when nothing is marked."""
-    collections = sorted(marked(bpy.data.collections), key=lambda c: -len(c.all_objects))
-    by_object = {ob.session_uid: mark_of_id(c) for c in collections for ob in c.all_objects}
-    by_object |= {ob.session_uid: mark_of_id(ob) for ob in marked(bpy.data.objects)}
+    groups = [(holder, members_of(holder)) for holder in (*marked(bpy.data.collections), *marked(bpy.data.objects))]
+    wide = sorted(groups, key=lambda group: (not isinstance(group[0], bpy.types.Collection), -len(group[1])))
+    by_object = {ob.session_uid: mark_of_id(holder) for holder, members in wide for ob in members}
+    by_object |= {holder.session_uid: mark_of_id(holder) for holder, _ in groups if isinstance(holder, bpy.types.Object)}
     return _reader(by_object) if by_object else None
+
+
+def members_of(holder: bpy.types.ID) -> list[bpy.types.Object]:
+    """The objects that a marked object or collection stands for."""
+    if isinstance(holder, bpy.types.Collection):
+        return list(holder.all_objects)
+    if holder.type == "EMPTY" and holder.instance_type != "COLLECTION":
+        return [holder, *holder.children_recursive]
+    return [holder]
 
 
 def _reader(by_object: dict[int, Mark]) -> MarkOf:

@@ -1,0 +1,13 @@
+"""From linear light to the values that files and screens hold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def srgb(linear: np.ndarray) -> np.ndarray:
+    """Linear light 0…1 (clipped) as sRGB values (IEC 61966-2-1), (h, w, 3 or 4) float32; alpha stays."""
+    clipped = np.clip(np.nan_to_num(linear[..., :3]), 0.0, 1.0)
+    out = np.array(linear, dtype=np.float32)
+    out[..., :3] = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.maximum(clipped, 0.0031308) ** (1 / 2.4) - 0.055)
+    return out

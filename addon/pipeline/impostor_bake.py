@@ -1,0 +1,149 @@
+"""An impostor as images to keep: its colours beside the depths, normals and ids of the capture, read back. Worker thread only.
+
+What is drawn in this program needs no colours (`impostor_capture.py`); what leaves it does. Colours are straight (not premultiplied),
+linear, and go on a few texels beyond the outline under alpha 0, so that filtering brings in no black. Depth is never filtered.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+from dataclasses import dataclass, replace
+
+import moderngl
+import numpy as np
+
+from ..errors import GpuError, SceneError
+from ..maths.relief import CaptureFrame
+from ..maths.relief_edges import ReliefEdges
+from ..maths.relief_frame import capture_frame
+from .device import Device, device_of
+from .impostor_capture import capture, capture_bytes
+from .impostor_life import ImpostorChoice, ImpostorGroup
+from .renderer import Renderer, Request, Ticket, render_frame
+
+BORDER_TEXELS = 8
+PASSES = ("combined", "normal", "object")
+
+
+@dataclass(frozen=True, eq=False)
+class BakedImpostor:
+    """An impostor read back: images (h, w[, c]), row 0 at the top, texel (column, row) at u, v = column + ½, row + ½ of the `frame`.
+
+    `color` RGBA float32 linear, alpha 1 on the object; `depth_m`, `back_m` float32 metres behind the plane of the first surface, and of
+    where the solid behind it ends; `mask` bool; `normal` world; `object_id` int32, −1 = none. `edges` the critical points, depth edges.
+    """
+
+    name: str
+    frame: CaptureFrame
+    color: np.ndarray
+    depth_m: np.ndarray
+    back_m: np.ndarray
+    mask: np.ndarray
+    normal: np.ndarray
+    object_id: np.ndarray
+    edges: ReliefEdges
+    triangles: int
+    gl: dict[str, str]
+
+    @property
+    def bytes(self) -> int:
+        """What it takes on the GPU."""
+        return capture_bytes(self.frame)
+
+
+def bake(device: Device, request: Request, group: ImpostorGroup, choice: ImpostorChoice, unlit: bool = False) -> BakedImpostor:
+    """Capture `group` of `request`'s scene for its camera and size, shaded by its light and shadows; `unlit` gives bare surface colours.
+
+    Raises `SceneError` when there is nothing to capture, or it lies behind or around the camera; `GpuError` when it is too large.
+    """
+    rows = np.isin(request.scene.instances.object_id, group.object_ids)
+    if not rows.any():
+        raise SceneError(f"'{group.name}' has no surface to capture: it is empty, hidden, or holds no mesh.")
+    boxes = request.scene.instance_bounds_ws()[rows]
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    hull = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+    try:
+        frame = capture_frame(hull, request.camera, request.size, choice.capture)
+        taken = capture(device, device.store.sync(request.scene), rows, frame, with_back=choice.with_back, choice=choice.edges)
+    except SceneError as error:
+        raise SceneError(f"'{group.name}': {error}") from error
+    taken.release()
+    passes = _shaded(device, request, rows, frame, unlit)
+    counts = np.array([len(m.triangles) for m in request.scene.meshes])
+    return BakedImpostor(
+        group.name,
+        frame,
+        _straight(passes["combined"], taken.mask),
+        np.where(taken.mask, taken.depth_m, np.float32(0.0)),
+        np.where(taken.mask, taken.back_m, np.float32(0.0)),
+        taken.mask,
+        passes["normal"],
+        passes["object"],
+        taken.edges,
+        int(counts[request.scene.instances.mesh_index[rows]].sum()),
+        {"renderer": device.context.info["GL_RENDERER"], "version": device.context.info["GL_VERSION"]},
+    )
+
+
+def _shaded(device: Device, request: Request, rows: np.ndarray, frame: CaptureFrame, unlit: bool) -> dict[str, np.ndarray]:
+    """The passes of the texture: these instances alone before nothing, in the shadows of all."""
+    shading = {"background": (0.0, 0.0, 0.0, 0.0)}
+    if unlit:
+        shading |= {"ambient_sky": (1.0, 1.0, 1.0), "ambient_ground": (1.0, 1.0, 1.0), "display": "shaded"}
+    asked = replace(
+        request,
+        camera=frame.camera(),
+        light=None if unlit else request.light,
+        settings=request.settings.replaced(shading=shading),
+        size=(frame.width, frame.height),
+        passes=PASSES,
+        measure=False,
+        impostors=None,
+        shown=rows,
+    )
+    return render_frame(device, asked, Ticket()).passes
+
+
+def _straight(premultiplied: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """Colours (h, w, 4) divided by their coverage, continued beyond the outline, alpha 1 where the mask is."""
+    coverage = premultiplied[..., 3]
+    known = coverage > 1e-3
+    color = np.zeros_like(premultiplied)
+    color[known, :3] = premultiplied[known, :3] / coverage[known, None]
+    color[..., :3] = dilated(color[..., :3], known, BORDER_TEXELS)
+    color[..., 3] = mask
+    return color
+
+
+def dilated(image: np.ndarray, known: np.ndarray, texels: int) -> np.ndarray:
+    """`image` (h, w, c) where `known` (h, w), continued by the mean of the neighbours known so far, `texels` times; else 0."""
+    color, weight = np.where(known[..., None], image, 0.0), known.astype(np.float32)
+    for _ in range(texels):
+        total, count = _around(color), _around(weight[..., None])
+        grows = (weight == 0.0) & (count[..., 0] > 0.0)
+        color[grows] = total[grows] / count[grows]
+        weight[grows] = 1.0
+    return color.astype(np.float32)
+
+
+def _around(image: np.ndarray) -> np.ndarray:
+    """The sum of the four neighbours of every pixel."""
+    padded = np.pad(image, ((1, 1), (1, 1), (0, 0)))
+    return padded[:-2, 1:-1] + padded[2:, 1:-1] + padded[1:-1, :-2] + padded[1:-1, 2:]
+
+
+def bake_all(
+    renderer: Renderer, request: Request, choice: ImpostorChoice, unlit: bool = False
+) -> Future[list[BakedImpostor | SceneError | GpuError]]:
+    """Every group of `choice` baked on the renderer's worker; in the place of one that could not be, its error."""
+
+    def work(context: moderngl.Context) -> list[BakedImpostor | SceneError | GpuError]:
+        device, out = device_of(context, renderer.worker), []
+        for group in choice.groups:
+            try:
+                out.append(bake(device, request, group, choice, unlit))
+            except (SceneError, GpuError) as error:
+                out.append(error)
+        return out
+
+    return renderer.worker.submit(work)
