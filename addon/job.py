@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from threading import Thread
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -30,6 +32,7 @@ MAX_PIXELS = 16384
 Progress = Callable[[float, str], None]
 Cancels = Callable[[], bool]
 POLL_S = 0.05
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +97,36 @@ def _pipeline() -> tuple[type, Callable]:
     except ImportError as error:
         raise GpuError(f"A library is missing ({error}): install the extension from its zip, which brings all of them.") from error
     return Request, shared_renderer
+
+
+_importing: list[Thread] = []
+
+
+def libraries_ready() -> bool:
+    """True when a job need not wait for what renders to be imported. The first call begins the import, on a thread of its own.
+
+    True also after an import that failed: the job that is asked for then says why.
+    """
+    module = sys.modules.get(f"{__package__}.pipeline.renderer")
+    if hasattr(module, "shared_renderer"):  # its last line: it is complete
+        return True
+    if not _importing:
+        _importing.append(Thread(target=_import_quietly, name="cad-shadow-import", daemon=True))
+        _importing[0].start()
+    return not _importing[0].is_alive()
+
+
+def _import_quietly() -> None:
+    with suppress(GpuError):
+        _pipeline()
+
+
+def on_worker(work: Callable[[], T]) -> Future[T]:
+    """Queue work without OpenGL on the worker, between the pictures: what takes long and may use any thread."""
+    _pipeline()
+    from .pipeline.context import shared_worker
+
+    return shared_worker().submit(lambda _context: work())
 
 
 class Pending:

@@ -2,19 +2,42 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import bpy
+import numpy as np
 from bpy.app.handlers import persistent
 
 from . import sources
 from .job import Outcome, stop_worker
 
+if TYPE_CHECKING:
+    from .pipeline.impostor_life import ImpostorReport
+
 _outcomes: list[Outcome] = []
+_impostors: list[tuple[tuple[ImpostorReport, ...], np.ndarray]] = []
 _advice: list[dict[str, object]] = []
 
 
 def remember(outcome: Outcome) -> None:
     """Keep `outcome` as the last one; callable from any thread."""
     _outcomes[:] = [outcome]
+    remember_impostors(outcome)
+
+
+def remember_impostors(outcome: Outcome) -> None:
+    """Keep what became of the impostors in a picture, also in one of a live view; callable from any thread."""
+    _impostors[:] = [(outcome.frame.impostors, outcome.job.scene.origin_ws)]
+
+
+def impostors() -> tuple[ImpostorReport, ...]:
+    """The impostors of the last picture, a live view's included."""
+    return _impostors[0][0] if _impostors else ()
+
+
+def impostor_origin() -> np.ndarray:
+    """(3,) the true place of the origin that those impostors are relative to."""
+    return _impostors[0][1] if _impostors else np.zeros(3)
 
 
 def last() -> Outcome | None:
@@ -36,6 +59,7 @@ def last_advice() -> dict[str, object] | None:
 def forget(*_unused: object) -> None:
     """Another file was opened: drop the last outcome, whose images may be large, and what was read of the old file."""
     _outcomes.clear()
+    _impostors.clear()
     _advice.clear()
     sources.forget()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
+from concurrent.futures import Future
 from dataclasses import replace
 
 import bpy
@@ -12,13 +13,13 @@ import numpy as np
 from .default_view import default_sun
 from .errors import SceneError
 from .impostors import choice_of
-from .job import ENGINE_PASSES, Job
+from .job import ENGINE_PASSES, Job, on_worker
 from .maths.view import Camera, Light
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .properties import settings_from
 from .rendering import NO_CAMERA, Request, active_request, isometric
-from .snapshot import SceneReader, camera_from_object, camera_from_region, choose_light, reaches
+from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches
 from .views import sun_from
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
@@ -84,32 +85,62 @@ def job_for_view(context: bpy.types.Context) -> Job:
 
 
 class LiveScene:
-    """The scene a live view shows, read anew only after a change, and replaced only when the content differs."""
+    """The scene a live view shows, read anew only after a change, and replaced only when the content differs.
+
+    Blender's part of the reading happens here, on the main thread; the rest, which for big new meshes takes long, on the worker. Until
+    it is done the scene stays what it was.
+    """
 
     def __init__(self) -> None:
         self._scene: Scene | None = None
         self._fingerprint = b""
         self._is_stale = True
+        self._reading: tuple[Collected, Future[tuple[Scene, bytes]]] | None = None
 
     def mark_changed(self) -> None:
         """The next `job` reads again."""
         self._is_stale = True
 
-    def job(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> Job:
-        """The job of this viewport as it is now; cheap when only the view moved."""
+    @property
+    def is_read(self) -> bool:
+        """True when the worker has finished a scene that `job` has not used yet."""
+        return self._reading is not None and self._reading[1].done()
+
+    def job(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> Job | None:
+        """The job of this viewport as it is now, None before the first scene is read; cheap when only the view moved."""
         region, space = context.region, context.space_data
         size = (region.width, region.height)
-        if self._is_stale or self._scene is None:
-            scene, _ = _read(view_reader, depsgraph, size, space)
-            fingerprint = fingerprint_of(scene)
-            if fingerprint != self._fingerprint:
-                self._scene, self._fingerprint = scene, fingerprint
+        self._take_over()
+        if self._is_stale and self._reading is None:
             self._is_stale = False
+            collected = view_reader.collect(depsgraph, crease_angle_rad=depsgraph.scene.cad_shadow.crease_angle, space=space)
+            collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
+            self._reading = collected, on_worker(lambda: _finished(collected))
+        if self._scene is None:
+            return None
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = _light(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = _with_film(settings_from(depsgraph.scene.cad_shadow), depsgraph.scene)
         impostors = choice_of(self._scene, settings.impostor)
         return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False, impostors=impostors)
+
+    def _take_over(self) -> None:
+        """Use the scene that the worker has finished, if it has."""
+        if not self.is_read:
+            return
+        (collected, future), self._reading = self._reading, None
+        if future.cancelled():
+            self._is_stale = True
+            return
+        scene, fingerprint = future.result()
+        view_reader.take(collected)
+        if fingerprint != self._fingerprint:
+            self._scene, self._fingerprint = scene, fingerprint
+
+
+def _finished(collected: Collected) -> tuple[Scene, bytes]:
+    scene = collected.scene()
+    return scene, fingerprint_of(scene)
 
 
 def fingerprint_of(scene: Scene) -> bytes:

@@ -18,15 +18,16 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import sources
+from . import session, sources
 from .errors import Cancelled, UserError
-from .job import Job, Pending
+from .job import Job, Pending, libraries_ready
 from .maths.projection import ShadowPlan
 from .rendering import ENGINE
 from .textures import texture_of
 
 COARSE = 2  # pixels and map texels per side are divided by this while the view moves
 STILL_S = 0.25
+BIG = 200_000  # triangles from which on also the first picture is a coarse one
 POLL_S = 0.03
 
 _views: WeakSet[LiveView] = WeakSet()
@@ -63,6 +64,7 @@ class LiveView:
         self._is_drawn_late = False
         self._shows: tuple[str, ShadowPlan | None] = ("shaded", None)  # the display and the maps of the image
         self.region = 0  # the pointer of the region it was drawn in last
+        self._is_waiting = False  # for the libraries
         self._wanted: tuple | None = None
         self._moved_at = 0.0
         _views.add(self)
@@ -74,10 +76,12 @@ class LiveView:
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Ask for the picture of this very view when it is not there yet, and draw the newest one there is."""
-        try:
-            self._ask(self._scene.job(context, depsgraph))
-        except UserError as error:
-            self.message = str(error)
+        self._is_waiting = not libraries_ready()
+        if not self._is_waiting:
+            try:
+                self._ask(self._scene.job(context, depsgraph))
+            except UserError as error:
+                self.message = str(error)
         engine.update_stats("", self.message)
         self.region = context.region.as_pointer()
         self._is_drawn_late = self._shows[0] != "shaded" and not leaves_colours(depsgraph.scene)
@@ -86,15 +90,23 @@ class LiveView:
             self._draw_texture("ALPHA_PREMULT", (0, 0), context.region.width, context.region.height)
             engine.unbind_display_space_shader()
 
-    def _ask(self, job: Job) -> None:
-        """Start the next picture if none is in the making and the newest one shown is not the one wanted."""
+    def _ask(self, job: Job | None) -> None:
+        """Start the next picture if none is in the making and the newest one shown is not the one wanted.
+
+        A full one in the making that is no longer wanted is given up. Without a job (the scene is being read) nothing is asked for.
+        """
+        self.collect()
+        if job is None:
+            return
         key = job.key
         now = time.monotonic()
         if key != self._wanted:
-            is_first = self._wanted is None
-            self._wanted, self._moved_at = key, 0.0 if is_first else now
-        self.collect()
+            starts_full = self._wanted is None and job.scene.triangle_count < BIG
+            self._wanted, self._moved_at = key, 0.0 if starts_full else now
         if self._pending is not None:
+            wish, pending = self._pending
+            if wish.coarseness == 1 and wish.key != key:
+                pending.cancel()
             return
         wish = Wish(key, COARSE if now - self._moved_at < STILL_S else 1)
         if self._shown is not None and self._shown.key == key and self._shown.coarseness <= wish.coarseness:
@@ -112,6 +124,7 @@ class LiveView:
             self._image = outcome.frame.passes["combined"]
             self._shows = outcome.job.settings.shading.display, outcome.frame.plan
             self._shown, self._texture, self.message = wish, None, ""
+            session.remember_impostors(outcome)
         except Cancelled:
             return False
         except UserError as error:
@@ -121,6 +134,8 @@ class LiveView:
     @property
     def needs_redraw(self) -> bool:
         """True when a picture is waiting to be shown, or the coarse one shown may now be refined."""
+        if self._is_waiting or self._scene.is_read:
+            return not self._is_waiting or libraries_ready()
         if self._pending is not None:
             return self._pending[1].done()
         return self._shown is not None and self._shown.coarseness > 1 and time.monotonic() - self._moved_at >= STILL_S

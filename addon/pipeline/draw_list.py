@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from .clusters import runs, segments, visible
-from .gl_raw import BufferTexture
+from .gl_raw import BufferTexture, draw_triangles, write_buffer
 from .programs import SAMPLER_UNITS, set_uniforms
 from .scene import Scene
 
@@ -129,7 +129,7 @@ class DrawList:
             gap = MERGED_GAP if select is None and rows is None else 0
             for first, count in runs(mask, ranges.first, ranges.count, self.segment, gap):
                 set_uniforms(baked, u_first_triangle=first // 3)
-                array.render(moderngl.TRIANGLES, vertices=count, first=first)
+                draw_triangles(self.context, array, count, first)
                 sent += count // 3
         return sent + self._draw_groups(instanced, planes, attributes, select, rows)
 
@@ -156,14 +156,14 @@ class DrawList:
         if not self.groups:
             return 0
         chosen = [g.slots[_chosen(g, planes, select, rows)] for g in self.groups]
-        self.visible_buffer.write(np.concatenate(chosen).tobytes())
+        write_buffer(self.context, self.visible_buffer, np.concatenate(chosen).tobytes())
         self.visible.use(SAMPLER_UNITS["u_visible"])
         array = self._vertex_array(program, attributes)
         cursor = sent = 0
         for group, slots in zip(self.groups, chosen, strict=True):
             if len(slots):
                 set_uniforms(program, u_first_triangle=group.first_index // 3, u_first_instance=cursor)
-                array.render(moderngl.TRIANGLES, vertices=group.index_count, first=group.first_index, instances=len(slots))
+                draw_triangles(self.context, array, group.index_count, group.first_index, len(slots))
                 cursor += len(slots)
                 sent += group.index_count // 3 * len(slots)
         return sent

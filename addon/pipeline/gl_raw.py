@@ -1,7 +1,8 @@
 """The few OpenGL 3.3 calls that moderngl does not offer, loaded through the context's own loader. Worker thread only.
 
 Depth texture *arrays* with one framebuffer per layer (one shadow map per partition), and buffer textures (triangles read by the shader
-from the buffers they are drawn from, without a copy).
+from the buffers they are drawn from, without a copy). And the calls that may wait for the GPU (or, with a software driver, are its work):
+through ctypes they give Python's lock free meanwhile, through moderngl they keep it and Blender's window stands still.
 """
 
 from __future__ import annotations
@@ -10,10 +11,15 @@ import ctypes
 from collections.abc import Sequence
 
 import moderngl
+import numpy as np
 
 from ..errors import GpuError
 
 GL_DEPTH_CLAMP = 0x864F
+_TRIANGLES, _UNSIGNED_INT = 0x0004, 0x1405
+_TEXTURE_2D = 0x0DE1
+_PACK_ALIGNMENT = 0x0D05
+_UNIFORM_BUFFER = 0x8A11
 _TEXTURE_2D_ARRAY = 0x8C1A
 _TEXTURE_BUFFER = 0x8C2A
 _FRAMEBUFFER = 0x8D40
@@ -56,6 +62,13 @@ _SIGNATURES = {
     "glUseProgram": (_uint,),
     "glUniform1i": (_int, _int),
     "glClearBufferuiv": (_uint, _int, _names),
+    "glFinish": (),
+    "glPixelStorei": (_uint, _int),
+    "glBindVertexArray": (_uint,),
+    "glDrawElementsInstanced": (_uint, _int, _uint, _void, _int),
+    "glDrawArrays": (_uint, _int, _int),
+    "glBindBuffer": (_uint, _uint),
+    "glBufferSubData": (_uint, ctypes.c_ssize_t, ctypes.c_ssize_t, _void),
 }
 
 
@@ -96,6 +109,39 @@ def live_objects(context: moderngl.Context) -> int:
     """How many raw GL objects (textures and framebuffers of this module) are alive; for the leak test."""
     raw_gl(context)
     return context.extra["live"]
+
+
+def finish(context: moderngl.Context) -> None:
+    """Wait for the GPU; other Python threads run meanwhile."""
+    raw_gl(context).Finish()
+
+
+def draw_triangles(
+    context: moderngl.Context, array: moderngl.VertexArray, count: int, first: int | None = None, instances: int = 1
+) -> None:
+    """`array.render(TRIANGLES, …)` with Python's lock free: `count` indices (32-bit) from `first`; without `first`, `count` vertices."""
+    raw = raw_gl(context)
+    raw.UseProgram(array.program.glo)
+    raw.BindVertexArray(array.glo)
+    if first is None:
+        raw.DrawArrays(_TRIANGLES, 0, count)
+    else:
+        raw.DrawElementsInstanced(_TRIANGLES, count, _UNSIGNED_INT, 4 * first, instances)
+
+
+def write_buffer(context: moderngl.Context, buffer: moderngl.Buffer, data: bytes) -> None:
+    """`buffer.write(data)` with Python's lock free: a driver may wait here until the GPU has done with the old content."""
+    raw = raw_gl(context)
+    raw.BindBuffer(_UNIFORM_BUFFER, buffer.glo)
+    raw.BufferSubData(_UNIFORM_BUFFER, 0, len(data), data)
+
+
+def read_into(context: moderngl.Context, texture: moderngl.Texture, form: int, kind: int, out: np.ndarray) -> None:
+    """`texture.read_into(out)` with Python's lock free; `form` and `kind` are GL's names of the pixels' format and type."""
+    raw = raw_gl(context)
+    texture.use(context.default_texture_unit)
+    raw.PixelStorei(_PACK_ALIGNMENT, 1)
+    raw.GetTexImage(_TEXTURE_2D, 0, form, kind, out.ctypes.data)
 
 
 class _Owned:

@@ -14,7 +14,7 @@ from ..maths.projection import ShadowPlan
 from ..maths.view import Camera, Light
 from .draw_list import DrawList
 from .gbuffer_pass import GBuffer, pixel_rays
-from .gl_raw import BufferTexture
+from .gl_raw import BufferTexture, draw_triangles, write_buffer
 from .programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
 from .settings import DISPLAYS, Settings
 from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
@@ -87,10 +87,10 @@ class ShadePass:
             **_data_colors(),
             **test_uniforms(settings.test, plan),
         )
-        self._block.write(plan_block(plan))
+        write_buffer(self._context, self._block, plan_block(plan))
         target.framebuffer.use()
         self._context.enable_only(moderngl.NOTHING)
-        self._array(program).render(moderngl.TRIANGLES, vertices=3)
+        draw_triangles(self._context, self._array(program), 3)
 
     def _bind(
         self,

@@ -4,10 +4,11 @@ from .cameras import camera_from_object, camera_from_region
 from .lights import choose_light, light_from_object, reaches
 from .marks import PROPERTY as IMPOSTOR_PROPERTY
 from .marks import mark_of_id, marked
-from .reader import SceneReader
+from .reader import Collected, SceneReader
 
 __all__ = [
     "IMPOSTOR_PROPERTY",
+    "Collected",
     "SceneReader",
     "camera_from_object",
     "camera_from_region",

@@ -16,6 +16,8 @@ from .materials import DEFAULT_COLOR, Color, base_color
 MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
 IGNORED, LIGHT, CAMERA = -1, -2, -3
 FLAT = 1e-12
+_DRAWN_TYPES = ("mesh", "curve", "surf", "font", "meta", "empty", "curves", "hair_curves", "pointcloud", "volume")
+_TYPE_SWITCHES = tuple(f"show_object_viewport_{kind}" for kind in _DRAWN_TYPES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,38 +78,41 @@ class InstanceLoop:
         self.mark_of = mark_of
         self.rows = Rows()
         self._colors: dict[int, Color] = {}
-        self._slotted: set[int] = set()
+        self._slotted: dict[int, bpy.types.Material | None] = {}  # kinds with materials; the material, where there is just one
         self._variants: dict[tuple[int, tuple[Color, ...]], int] = {}
 
     def run(self) -> Rows:
         """The rows; those whose matrix is not finite or squashes the object flat are left out with a warning."""
-        matrices = read_matrices(self.depsgraph)
-        index = self._walk(matrices)
+        index, count = self._walk()
         rows = self.rows
-        rows.matrices = matrices[index]
+        rows.matrices = read_matrices(self.depsgraph, count)[index]
         dropped = rows.keep(is_invertible(rows.matrices))
         if dropped:
             rows.warnings.append(f"Left out, scaled to zero or placed at infinity: {listed(dropped)}. Set their scale back to 1.")
         return rows
 
-    def _walk(self, matrices: np.ndarray) -> list[int]:
-        """Fill the rows; returns the number of each row's instance. Every attribute read counts here: it runs for every instance."""
-        shown = read_shown(self.depsgraph, len(matrices)).tolist()
-        kind_of_data: dict[int, int] = {}
-        kind_of, names, index = self.rows.kind, self.rows.names, []
+    def _walk(self) -> tuple[list[int], int]:
+        """Fill the rows but for their matrices; the number of each row's instance, and how many instances there are.
+
+        Every attribute read counts here, and every pass over the instances, even one to count them: about 1 µs for each instance.
+        """
+        kind_of_data: dict[bpy.types.ID, int] = {}
+        kind_of, names, index, i = self.rows.kind, self.rows.names, [], -1
+        overrides = self.use_object_color or self._slotted
+        is_all_shown = self.space is None or shows_everything(self.space)
         for i, instance in enumerate(self.depsgraph.object_instances):
             ob = instance.object
             data = ob.data
-            if data is None or not shown[i]:
+            if data is None or not instance.show_self:
                 continue
-            pointer = data.as_pointer()
-            kind = kind_of_data.get(pointer)
+            kind = kind_of_data.get(data)
             if kind is None:
-                kind = kind_of_data[pointer] = self._visit(ob, data)
+                kind = kind_of_data[data] = self._visit(ob, data)
+                overrides = self.use_object_color or self._slotted
             if kind >= 0:
-                if self.space is not None and not self._is_shown_in_space(instance):
+                if not (is_all_shown or self._is_shown_in_space(instance)):
                     continue
-                if self.use_object_color or kind in self._slotted:
+                if overrides:
                     kind = self._variant(ob, kind)
                 kind_of.append(kind)
                 names.append(ob.name)
@@ -115,10 +120,10 @@ class InstanceLoop:
                 if self.mark_of is not None:
                     self.rows.marks.append(self.mark_of(instance))
             elif kind == LIGHT:
-                self._add_light(ob, matrices[i])
+                self._add_light(ob, np.array(instance.matrix_world, dtype=np.float64))
             elif kind == CAMERA and not instance.is_instance:
                 self.rows.cameras.append(ob.original)
-        return index
+        return index, i + 1
 
     def _is_shown_in_space(self, instance: bpy.types.DepsgraphObjectInstance) -> bool:
         """Whether the viewport shows it (local view, hidden collections); an instance is shown where what makes it is."""
@@ -134,11 +139,15 @@ class InstanceLoop:
             return IGNORED
         self.rows.kinds.append(Kind(content, tuple(self._color(m) for m in data.materials) or (DEFAULT_COLOR,)))
         if len(data.materials):
-            self._slotted.add(len(self.rows.kinds) - 1)
+            self._slotted[len(self.rows.kinds) - 1] = data.materials[0] if len(data.materials) == 1 else None
         return len(self.rows.kinds) - 1
 
     def _variant(self, ob: bpy.types.Object, kind: int) -> int:
         """The kind of an object that overrides what its mesh says: its own colour, or materials linked to it."""
+        if not self.use_object_color:
+            only = self._slotted.get(kind)
+            if kind not in self._slotted or (only is not None and ob.active_material == only):
+                return kind
         colors = base = self.rows.kinds[kind].colors
         if self.use_object_color:
             colors = (tuple(ob.color),)
@@ -170,19 +179,18 @@ class InstanceLoop:
             self.rows.warnings.append(warning)
 
 
-def read_matrices(depsgraph: bpy.types.Depsgraph) -> np.ndarray:
-    """(N, 4, 4) float64 world from object of every instance, in the depsgraph's order, in one call."""
-    count = len(depsgraph.object_instances)
+def shows_everything(space: bpy.types.SpaceView3D) -> bool:
+    """True when the viewport hides nothing that the scene shows: no local view, no hidden collections or types of its own."""
+    if space.local_view is not None or space.use_local_collections:
+        return False
+    return all(getattr(space, name) for name in _TYPE_SWITCHES if hasattr(space, name))
+
+
+def read_matrices(depsgraph: bpy.types.Depsgraph, count: int) -> np.ndarray:
+    """(count, 4, 4) float64 world from object of every instance, in the depsgraph's order, in one call."""
     flat = np.empty(16 * count, dtype=np.float32)
     depsgraph.object_instances.foreach_get("matrix_world", flat)
     return flat.reshape(count, 4, 4).transpose(0, 2, 1).astype(np.float64)
-
-
-def read_shown(depsgraph: bpy.types.Depsgraph, count: int) -> np.ndarray:
-    """(N,) bool: shown itself, not only its instances."""
-    shown = np.empty(count, dtype=bool)
-    depsgraph.object_instances.foreach_get("show_self", shown)
-    return shown
 
 
 def is_invertible(matrices: np.ndarray) -> np.ndarray:

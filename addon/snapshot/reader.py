@@ -58,31 +58,59 @@ class SceneReader:
         `space` restricts it to what that 3D viewport shows (local view, hidden collections). An empty scene is a `Scene` without
         instances; `Scene.bounds_ws` says so. What could not be drawn is named in `warnings`.
         """
+        collected = self.collect(depsgraph, crease_angle_rad=crease_angle_rad, use_object_color=use_object_color, space=space)
+        scene = collected.scene()
+        self.take(collected)
+        cameras, complaints = _cameras(collected.rows, depsgraph, size, scene.origin_ws)
+        return replace(scene, cameras=cameras, warnings=(*scene.warnings, *complaints))
+
+    def collect(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        *,
+        crease_angle_rad: float = DEFAULT_CREASE_RAD,
+        use_object_color: bool = False,
+        space: bpy.types.SpaceView3D | None = None,
+    ) -> Collected:
+        """The first half of `read`, all that needs Blender: arrays and numbers, the new meshes as yet without their normals."""
         session = _Session(self, crease_angle_rad)
-        rows = InstanceLoop(depsgraph, session.content_of, use_object_color, space, mark_reader()).run()
-        session.prepare_pending()
-        rows.keep(session.is_drawable(rows))
+        return Collected(session, InstanceLoop(depsgraph, session.content_of, use_object_color, space, mark_reader()).run())
+
+    def take(self, collected: Collected) -> None:
+        """Keep what a finished `Collected` has made for the reads that follow."""
+        session = collected.session
         self._content, self._known, self.counts = session.content, session.known, session.counts
-        meshes, instances = _instances(rows, session.content)
-        names, warnings = tuple(rows.names), (*rows.warnings, *session.warnings())
-        scene = Scene(meshes, instances, names, np.zeros(3))
-        origin = local_origin(scene.bounds_ws()) if len(instances) else np.zeros(3)
-        moved = np.array(instances.world_from_object)
-        moved[:, :3, 3] -= origin
-        cameras, complaints = _cameras(rows, depsgraph, size, origin)
-        return replace(
-            scene,
-            instances=replace(instances, world_from_object=moved),
-            origin_ws=origin,
-            cameras=cameras,
-            lights=tuple(_moved(light, origin) for light in rows.lights),
-            warnings=(*warnings, *complaints),
-            marks=tuple(rows.marks),
-        )
 
     def clear(self) -> None:
         """Drop the cache."""
         self._content, self._known = {}, {}
+
+
+@dataclass(eq=False)
+class Collected:
+    """What Blender had to tell of a scene. `scene` may be called on any thread, once; it takes the time that new meshes need."""
+
+    session: _Session
+    rows: Rows
+
+    def scene(self) -> Scene:
+        """The scene without cameras, the new meshes made drawable."""
+        session, rows = self.session, self.rows
+        session.prepare_pending()
+        rows.keep(session.is_drawable(rows))
+        meshes, instances = _instances(rows, session.content)
+        scene = Scene(meshes, instances, tuple(rows.names), np.zeros(3))
+        origin = local_origin(scene.bounds_ws()) if len(instances) else np.zeros(3)
+        moved = np.array(instances.world_from_object)
+        moved[:, :3, 3] -= origin
+        return replace(
+            scene,
+            instances=replace(instances, world_from_object=moved),
+            origin_ws=origin,
+            lights=tuple(_moved(light, origin) for light in rows.lights),
+            warnings=(*rows.warnings, *session.warnings()),
+            marks=tuple(rows.marks),
+        )
 
 
 class _Session:

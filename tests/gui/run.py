@@ -164,7 +164,7 @@ def main() -> int:
     print(f"{found.get('blender', 'Blender')}, {found.get('gl', 'no window')}, {time.monotonic() - started:.0f} s, pictures in {output}")
     for title in ("numbers", "held_up_ms"):
         for name, value in found.get(title, {}).items():
-            print(f"{title}: {name}: {value}")
+            print(f"{title}: {name}: {json.dumps(value, indent=1) if title == 'held_up_ms' else value}")
     return judge(found["steps"] + faces, code, log)
 
 

@@ -165,47 +165,81 @@ def spread(ms: list[float]) -> dict[str, float]:
     return {"calls": len(ms), "median": median, "p99": p99, "max": most}
 
 
+class Ticks:
+    """A timer of Blender's every 10 ms; the times between its calls, in milliseconds: how long the window's events waited."""
+
+    def __init__(self) -> None:
+        self.gaps: list[float] = []
+        self._last = time.perf_counter()
+        bpy.app.timers.register(self._tick, first_interval=0.01)
+
+    def _tick(self) -> float:
+        now = time.perf_counter()
+        self.gaps.append(1e3 * (now - self._last))
+        self._last = now
+        return 0.01
+
+    def stop(self) -> dict[str, float]:
+        """End it; the spread of the times."""
+        bpy.app.timers.unregister(self._tick)
+        return spread(self.gaps)
+
+
 def orbit() -> Generator:
-    """Turn the view step by step; the times between this timer's calls, milliseconds, are the return value."""
-    gaps, last = [], time.perf_counter()
+    """Turn the view step by step; the times between events are the return value."""
+    ticks = Ticks()
     for _ in range(FRAMES):
         with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
             bpy.ops.view3d.view_orbit(angle=0.02, type="ORBITRIGHT")
         view().tag_redraw()
-        yield 0.01
-        now = time.perf_counter()
-        gaps.append(1e3 * (now - last))
-        last = now
-    return gaps
+        yield 0.02
+    return ticks.stop()
+
+
+def drag(name: str) -> Generator:
+    """Move an object step by step; the times between events are the return value."""
+    ticks = Ticks()
+    for i in range(FRAMES // 4):
+        bpy.context.scene.objects[name].location.z += 0.01 if i % 2 else -0.01
+        yield 0.02
+    return ticks.stop()
+
+
+def is_fine() -> bool:
+    """The live view shows the full picture of the present view."""
+    return any(live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in addon("viewport")._views)
 
 
 @step
 def how_long_the_window_is_held_up() -> Generator:
-    """While the view orbits over the deck, the time that the add-on's own code keeps the main thread is written down, beside a baseline."""
-    viewport, sources = addon("viewport"), addon("sources")
+    """While a deck is shown, orbited and edited, how long the window's events wait is written down, beside Blender's own Solid shading."""
+    viewport, reader, hud = addon("viewport"), addon("snapshot.reader"), addon("hud")
     held = results.setdefault("held_up_ms", {})
-    for triangles in (20_000, 300_000):
+    for triangles in (20_000, 1_000_000):
         bpy.ops.wm.read_homefile(app_template="", load_ui=False)
         yield 0.5
         scene = bpy.context.scene
         for name in ("Cube", "Light", "Camera"):
             bpy.data.objects.remove(scene.objects[name])
         addon("cad_import").to_blender(addon("platform_deck").build(triangles), scene.collection)
-        with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
-            bpy.ops.view3d.view_all()
         view().spaces.active.shading.type = "SOLID"
+        with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
+            bpy.ops.object.select_all(action="DESELECT")
+            bpy.ops.view3d.view_all()
         scene.render.engine = ENGINE
         yield from settle(1.0)
-        solid = yield from orbit()
-        times = Times((viewport.LiveView, "draw"), (viewport.LiveView, "update"), (viewport, "_tick"), (sources, "_read"))
-        try:
-            view().spaces.active.shading.type = "RENDERED"
-            yield from settle(1.0)
-            yield from until(lambda: any(live._shown for live in viewport._views), "the first picture", 90)
-            live = yield from orbit()
-        finally:
-            held[f"{triangles:,} triangles"] = times.stop()
-        held[f"{triangles:,} triangles"] |= {"between events, solid": spread(solid), "between events, live view": spread(live)}
+        found = {"between events, solid, orbit": (yield from orbit())}
+        found["between events, solid, drag"] = yield from drag("Crane")
+        places = [(viewport.LiveView, "draw"), (viewport.LiveView, "update"), (viewport, "live_view_in"), (reader.SceneReader, "collect")]
+        times = Times(*places, (viewport, "texture_of"), (hud.Canvas, "__init__"))
+        ticks = Ticks()
+        view().spaces.active.shading.type = "RENDERED"
+        yield from until(is_fine, "the first picture", 180)
+        found["between events, live, from the switch to the full picture"] = ticks.stop()
+        found["between events, live, orbit"] = yield from orbit()
+        found["between events, live, drag"] = yield from drag("Crane")
+        found |= {f"in {name}": value for name, value in times.stop().items()}
+        held[f"{triangles:,} triangles"] = found
 
 
 run(sys.argv[sys.argv.index("--") + 1 :])

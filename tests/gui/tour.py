@@ -333,7 +333,7 @@ def edits_undo_and_redo_show() -> Generator:
 def f12_renders_while_the_window_lives() -> Generator:
     """F12 renders with the engine on Blender's render thread and shows the result."""
     yield from fresh_tab()
-    bpy.ops.mesh.primitive_plane_add(size=9, location=(0, 0, -1))
+    bpy.ops.mesh.primitive_plane_add(size=9, location=(0, 0, -1.2))  # of two coinciding surfaces, which one shows is not laid down
     bpy.context.scene.render.engine = ENGINE
     done, folder, scene = [], OUT / "faces", bpy.context.scene
     folder.mkdir()
