@@ -11,12 +11,11 @@ import numpy as np
 from addon.cad_files import read
 from addon.cad_scene import scene_from_model
 from addon.maths import spaces
-from addon.maths.relief import relief_from_depth
 from addon.maths.relief_frame import CaptureChoice, capture_frame
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import Device
 from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
-from addon.pipeline.impostor_capture import ImpostorTextures, capture, relief_gradient
+from addon.pipeline.impostor_capture import ImpostorTextures, capture
 from addon.pipeline.impostor_draw import draw_impostor
 from addon.pipeline.readback import read_texture
 from addon.pipeline.scene import Instances, Mesh, Scene
@@ -89,10 +88,17 @@ class Stage:
         return Light("sun", np.array([0.48, -0.6, 0.64]))
 
     def capture(
-        self, camera: Camera, size: tuple[int, int], *, texels: float = 2.0, perspective: bool = True, with_back: bool = True
+        self,
+        camera: Camera,
+        size: tuple[int, int],
+        *,
+        texels: float = 2.0,
+        perspective: bool = True,
+        with_back: bool = True,
+        samples: int = SAMPLES,
     ) -> ImpostorTextures:
         """The whole model captured."""
-        frame = capture_frame(self.hull, camera, size, CaptureChoice(perspective, texels, 4096))
+        frame = capture_frame(self.hull, camera, size, CaptureChoice(perspective, texels, 4096, picture_samples=samples))
         return capture(self.device, self.draw_list, self.rows, frame, with_back=with_back)
 
     def direct(self, camera: Camera, size: tuple[int, int]) -> GBuffer:
@@ -139,8 +145,8 @@ class Stage:
 def _held(impostor: ImpostorTextures, uv: np.ndarray, relief: np.ndarray) -> np.ndarray:
     frame, mask = impostor.frame, impostor.mask
     unit = frame.texel_m / abs(float(frame.source[2]))
-    front = np.where(mask, np.abs(relief_from_depth(frame.source, np.where(mask, impostor.depth_m, 0.0))), 0.0)
-    slopes = [relief_gradient(front, mask, axis, unit) for axis in (1, 0)]
+    layers = read_texture(impostor.texels.layers)
+    front, slopes = np.where(mask, np.abs(layers[..., 0]), 0.0), (layers[..., 1], layers[..., 2])
     held = np.zeros(len(uv), bool)
     for dv in (-1, 0, 1):
         for du in (-1, 0, 1):

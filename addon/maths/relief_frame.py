@@ -24,16 +24,19 @@ class CaptureChoice:
 
     `perspective`: rays from the camera's own eye (the warp is the identity there), else orthographic as in RI. `texels_per_pixel` of the
     screen at capture; `max_texels` upper bound of either side (above it the texels grow); `margin_texels` empty border on every side.
+    `picture_samples` per pixel and side in the pictures to come: the grid is laid so that the picture's samples fall on the texels' own.
     """
 
     perspective: bool = True
     texels_per_pixel: float = 1.0
     max_texels: int = 1024
     margin_texels: int = 2
+    picture_samples: int = 1
 
     def __post_init__(self) -> None:
         require(0.125 <= self.texels_per_pixel <= 8.0, "Texels per pixel must lie between 1/8 and 8.")
         require(16 <= self.max_texels <= 8192, "The largest impostor texture must lie between 16 and 8192 texels.")
+        require(1 <= self.picture_samples <= 16, "The pictures' samples per side must be 1 to 16.")
         require(0 <= self.margin_texels <= 16 and 2 * self.margin_texels < self.max_texels, "The margin must lie between 0 and 16 texels.")
 
 
@@ -73,7 +76,11 @@ def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], ch
 def _frame(
     hull: np.ndarray, axes: np.ndarray, front: float, depth_m: float, camera: Camera, size: tuple[int, int], choice: CaptureChoice
 ) -> CaptureFrame:
-    """The frame from axes (rows: right, down, away) and the hull relative to the eye; its corner is put on a corner of a pixel's texels."""
+    """The frame from axes (rows: right, down, away) and the hull relative to the eye.
+
+    Its corner is laid so that the first of a pixel's n samples per side, (1/2n) pixel from the pixel's corner, falls on one of the texel's
+    two samples per side, 1/4 texel from the texel's: a shift of 1/4 − t/2n texels, t texels per pixel.
+    """
     through_eye = choice.perspective and not camera.is_orthographic
     across = hull @ axes[:2].T
     if through_eye:
@@ -86,7 +93,8 @@ def _frame(
     count = np.clip(np.ceil((high - low) / texel - 1e-9), 1, room).astype(int) + 2 * choice.margin_texels
     corner_ws = middle_ws - (count / 2.0 * texel) @ axes[:2]
     pixel = pixel_from_clip(size) @ camera.clip_from_world @ np.append(corner_ws, 1.0)
-    beyond = np.mod(pixel[:2] / pixel[2] * choice.texels_per_pixel + 1e-6, 1.0)
+    shift = 0.25 - 0.5 * choice.texels_per_pixel / choice.picture_samples
+    beyond = np.mod(pixel[:2] / pixel[2] * choice.texels_per_pixel + shift + 1e-6, 1.0) - 1e-6
     world_from_plane = np.eye(4)
     world_from_plane[:3, :3] = (axes * [[texel], [texel], [1.0]]).T
     world_from_plane[:3, 3] = corner_ws - (beyond * texel) @ axes[:2]

@@ -17,7 +17,8 @@ from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .device import Device
 from .gbuffer_pass import GBuffer
-from .impostor_capture import EMPTY, TILE, ImpostorTextures
+from .impostor_capture import TILE, ImpostorTextures
+from .impostor_texels import DEFINES, EMPTY, ImpostorTexels
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 
 METHODS = ("inverse", "forward")
@@ -32,19 +33,15 @@ LARGEST_PREWARP = 2
 class _Source:
     """The textures that the quad's shader reads, their size, and the plane coordinates of their first texel."""
 
-    layers: moderngl.Texture
-    normal: moderngl.Texture
-    ids: moderngl.Texture
-    back_normal: moderngl.Texture
-    back_ids: moderngl.Texture
+    texels: ImpostorTexels
     tiles: moderngl.Texture
     size: tuple[int, int]
     corner: tuple[float, float] = (0.0, 0.0)
 
     def bind(self) -> None:
         """Bind all to their units."""
-        for name in ("layers", "normal", "ids", "back_normal", "back_ids", "tiles"):
-            getattr(self, name).use(SAMPLER_UNITS[f"u_{name}"])
+        self.texels.bind()
+        self.tiles.use(SAMPLER_UNITS["u_tiles"])
 
 
 def clip_from_texel(frame: CaptureFrame, camera: Camera) -> np.ndarray:
@@ -64,6 +61,7 @@ def draw_impostor(
     method: str = "inverse",
     fade: float = 1.0,
     fade_rest: bool = False,
+    fill: bool = True,
 ) -> None:
     """Draw one impostor over what `target` holds (depth-tested, not cleared). `method`: 'inverse', 'forward' or 'sprite'.
 
@@ -73,15 +71,13 @@ def draw_impostor(
     frame = impostor.frame
     warp = relief_warp(frame, camera)
     extent = np.array([[0.0, 0.0], [frame.width, frame.height]]) if method == "sprite" else visible_extent(frame, hull_ws, camera)
-    source = _Source(
-        impostor.layers, impostor.normal, impostor.ids, impostor.back_normal, impostor.back_ids, impostor.tiles, (frame.width, frame.height)
-    )
+    source = _Source(impostor.texels, impostor.tiles, (frame.width, frame.height))
     scratch = None
     if method == "forward":
         extent = _whole_texels(extent, frame)
         scratch = _Prewarped(device, source, frame, warp, extent)
         source = scratch.source
-    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE)
+    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE, FILL=fill, **DEFINES)
     _set(program, frame, camera, warp, extent, source)
     set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest))
     source.bind()
@@ -115,15 +111,9 @@ class _Prewarped:
     def __init__(self, device: Device, source: _Source, frame: CaptureFrame, warp: ReliefWarp, extent: np.ndarray) -> None:
         context = device.context
         size = tuple(int(n) for n in extent[1] - extent[0])
-        layers, normal, ids = (
-            context.texture(size, 4, dtype="f4"),
-            context.texture(size, 2, dtype="f2"),
-            context.texture(size, 2, dtype="u4"),
-        )
-        for texture in (layers, normal, ids):
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        texels = ImpostorTexels.of_size(context, size)
         self._depth = context.depth_texture(size)
-        self._framebuffer = context.framebuffer([layers, normal, ids], self._depth)
+        self._framebuffer = context.framebuffer([texels.layers, texels.normal, texels.ids], self._depth)
         self._framebuffer.use()
         self._framebuffer.clear(red=float(EMPTY))
         context.enable_only(moderngl.DEPTH_TEST)
@@ -132,7 +122,7 @@ class _Prewarped:
             (1, moderngl.TRIANGLES, 6 * (frame.width - 1) * (frame.height - 1)),
             (0, moderngl.POINTS, frame.width * frame.height),
         ):
-            program = device.programs.get("impostor_prewarp.vert", "impostor_prewarp.frag", MESH=mesh)
+            program = device.programs.get("impostor_prewarp.vert", "impostor_prewarp.frag", MESH=mesh, **DEFINES)
             set_uniforms(
                 program,
                 u_extent=tuple(map(float, extent.ravel())),
@@ -141,11 +131,11 @@ class _Prewarped:
                 u_warp=tuple(float(k) * _away(frame) for k in warp.K),
             )
             _render(context, program, mode, count)
-        self.source = _Source(layers, normal, ids, normal, ids, source.tiles, size, tuple(map(float, extent[0])))
+        self.source = _Source(texels, source.tiles, size, tuple(map(float, extent[0])))
 
     def release(self) -> None:
         """Free the target."""
-        for thing in (self._framebuffer, self._depth, self.source.layers, self.source.normal, self.source.ids):
+        for thing in (self._framebuffer, self._depth, self.source.texels):
             thing.release()
 
 

@@ -1,17 +1,30 @@
 // A relief texture: per texel the front surface as a small plane (depth a = |relief|, its gradient per texel) and the depth of its back.
-const float EMPTY = 1e9;
-uniform sampler2D u_layers;         // a, da/du, da/dv, back
+// The relief of an edge texel is negative: `u_edges` says which quarters of it show its own surface, which that of a neighbour or nothing.
+uniform sampler2D u_layers;         // ±a, da/du, da/dv, back
+uniform usampler2D u_edges;         // four bits a quarter: 0 own, 1...8 a neighbour's, 15 nothing
 uniform ivec2 u_size;
 uniform vec3 u_warp;                // K1, K2, K3 with the sign that relief has behind the plane
 
 ivec2 texel_at(ivec2 cell) { return ivec2(cell.x, u_size.y - 1 - cell.y); }  // v runs downwards, GL's rows upwards
+bool is_outside(ivec2 cell) { return any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, u_size)); }
 
-vec4 layers_at(ivec2 cell) {
-    if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, u_size))) return vec4(EMPTY, 0.0, 0.0, -1.0);
-    return texelFetch(u_layers, texel_at(cell), 0);
+vec4 layers_at(ivec2 cell) { return is_outside(cell) ? vec4(EMPTY, 0.0, 0.0, -1.0) : texelFetch(u_layers, texel_at(cell), 0); }
+
+bool is_empty(vec4 layers) { return layers.x >= EMPTY; }
+bool is_edge(vec4 layers) { return layers.x < 0.0; }
+float front_at(vec4 layers, ivec2 cell, vec2 uv) { return abs(layers.x) + dot(layers.yz, uv - (vec2(cell) + 0.5)); }
+
+// Offset of the neighbour that a code 0...8 names: 0 the texel itself, then row by row.
+ivec2 neighbour(uint code) {
+    int place = code == 0u ? 4 : int(code) - (code <= 4u ? 1 : 0);
+    return ivec2(place % 3, place / 3) - 1;
 }
 
-float front_at(vec4 layers, ivec2 cell, vec2 uv) { return layers.x + dot(layers.yz, uv - (vec2(cell) + 0.5)); }
+// The code of the quarter of an edge texel in which uv lies.
+uint shown_at(ivec2 cell, vec2 uv) {
+    ivec2 quarter = clamp(ivec2(floor((uv - vec2(cell)) * 2.0)), ivec2(0), ivec2(1));
+    return (texelFetch(u_edges, texel_at(cell), 0).r >> uint(4 * quarter.x + 8 * quarter.y)) & 15u;
+}
 
 // The texture place that the view ray through the plane's point uv crosses at depth a: straight in (u, v, a).
 vec2 ray_slope(vec2 uv) { return uv * u_warp.z - u_warp.xy; }

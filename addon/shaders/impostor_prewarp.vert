@@ -8,17 +8,28 @@ out float v_relief;
 
 const ivec2 CORNERS[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, 1), ivec2(1, 0), ivec2(1, 1));
 
+// Whether a texel shows its own surface in half of it or more.
+bool holds(ivec2 cell) {
+    vec4 layers = layers_at(cell);
+    if (is_empty(layers)) return false;
+    if (!is_edge(layers)) return true;
+    uint codes = texelFetch(u_edges, texel_at(cell), 0).r;
+    int own = 0;
+    for (int k = 0; k < 4; ++k) own += ((codes >> uint(4 * k)) & 15u) == 0u ? 1 : 0;
+    return own >= 2;
+}
+
 void main() {
 #if MESH
     int square = gl_VertexID / 6, columns = u_size.x - 1;
     ivec2 base = ivec2(square % columns, square / columns), cell = base + CORNERS[gl_VertexID % 6];
     bool whole = true;
-    for (int i = 0; i < 4; ++i) whole = whole && layers_at(base + ivec2(i & 1, i >> 1)).x < EMPTY;
+    for (int i = 0; i < 4; ++i) whole = whole && holds(base + ivec2(i & 1, i >> 1));
 #else
     ivec2 cell = ivec2(gl_VertexID % u_size.x, gl_VertexID / u_size.x);
-    bool whole = layers_at(cell).x < EMPTY;
+    bool whole = holds(cell);
 #endif
-    float relief = layers_at(cell).x;
+    float relief = abs(layers_at(cell).x);
     vec2 warped = (vec2(cell) + 0.5 + u_warp.xy * relief) / (1.0 + u_warp.z * relief);
     vec2 place = (warped - u_extent.xy) / (u_extent.zw - u_extent.xy) * 2.0 - 1.0;
     v_texel = texel_at(cell);

@@ -152,20 +152,28 @@ def test_the_captured_quad_is_seen_upright_and_not_mirrored():
         assert np.linalg.det(np.stack([right - origin, down - origin])) > 0.0
 
 
-@pytest.mark.parametrize("wrong", [{"texels_per_pixel": 0.0}, {"texels_per_pixel": float("nan")}, {"max_texels": 8}, {"margin_texels": -1}])
+@pytest.mark.parametrize(
+    "wrong",
+    [{"texels_per_pixel": 0.0}, {"texels_per_pixel": float("nan")}, {"max_texels": 8}, {"margin_texels": -1}, {"picture_samples": 0}],
+)
 def test_a_capture_choice_outside_its_domain_is_refused(wrong):
     with pytest.raises(SettingsError):
         CaptureChoice(**wrong)
 
 
-@given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 2.0, 4.0]))
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 2.0, 4.0]), st.sampled_from([1, 2, 4]))
 @settings(max_examples=60)
-def test_a_perspective_captures_texels_lie_on_the_pixels_of_its_camera(seed, texels_per_pixel):
-    """Every corner of a pixel is a corner of a texel, over the whole quad: from its own eye the capture is the picture."""
+def test_the_pictures_samples_fall_on_a_perspective_captures_samples(seed, texels_per_pixel, picture_samples):
+    """Over the whole quad, the first sample of every pixel lies a quarter texel from a half texel's border: from its own eye the capture is
+    the picture. All samples do where the texels have as many."""
     rng = np.random.default_rng(seed)
     hull = hull_of(rng)
     _, camera = capture_of(rng, hull, True)
-    frame = capture_frame(hull, camera, IMAGE, CaptureChoice(texels_per_pixel=texels_per_pixel, max_texels=8192))
+    choice = CaptureChoice(texels_per_pixel=texels_per_pixel, max_texels=8192, picture_samples=picture_samples)
+    frame = capture_frame(hull, camera, IMAGE, choice)
     corner = rng.integers(0, [frame.width, frame.height], (20, 2)).astype(float)
-    pixels = project_texels(frame, camera, IMAGE, corner, np.zeros(20)) * texels_per_pixel
-    assert np.abs(pixels - np.round(pixels)).max() < 1e-4
+    pixels = project_texels(frame, camera, IMAGE, corner, np.zeros(20))
+    count = picture_samples if (2 * texels_per_pixel / picture_samples) % 1.0 == 0.0 else 1
+    sample = (rng.integers(0, count, (20, 2)) + 0.5) / picture_samples
+    quarters = (sample - pixels) * texels_per_pixel * 4.0
+    assert np.abs(quarters / 2.0 - 0.5 - np.round(quarters / 2.0 - 0.5)).max() < 1e-4

@@ -141,14 +141,16 @@ def test_at_the_captures_eye_one_texel_a_pixel_is_the_picture_itself(on_gl, meth
 
     def job(rig):
         impostor = rig.capture(camera, texels=1.0)
-        out = rig.direct(camera), rig.draw(camera, impostor, method=method)
+        out = rig.direct(camera), rig.draw(camera, impostor, method=method), impostor.frame.texel_m
         impostor.release()
         return out
 
-    (depth, ids), (drawn_depth, drawn_ids) = on_gl(job)
+    (depth, ids), (drawn_depth, drawn_ids), texel_m = on_gl(job)
     there = ids[..., 0] > 0
-    assert np.mean((ids == drawn_ids).all(axis=-1)[there | (drawn_ids[..., 0] > 0)]) > 0.998
-    assert np.quantile(np.abs(drawn_depth / np.where(there, depth, 1.0) - 1.0)[there], 0.995) < 2e-5
+    assert np.mean((ids == drawn_ids)[..., 0][there | (drawn_ids[..., 0] > 0)]) > 0.998
+    apart = np.abs(drawn_depth - depth)[there] / texel_m
+    assert np.quantile(apart, 0.9) < 0.02
+    assert np.quantile(apart, 0.995) < 0.5
 
 
 def test_the_inverse_warp_beats_the_sprite_and_the_forward_warp_away_from_the_capture(on_gl):

@@ -1,0 +1,36 @@
+// What the samples of an edge texel show, four bits each: 0 the texel's own surface, 1...8 that of a neighbour, 15 nothing.
+#include "common_impostor.glsl"
+#include "common_impostor_samples.glsl"
+uniform sampler2D u_normal;
+uniform usampler2D u_ids;
+layout(location = 0) out uint out_edges;
+
+// How unlike a sample and the surface of a texel (plane coordinates) are: texels of depth, turns of the normal, another object.
+float unlike(ivec2 cell, vec2 uv, float a, vec3 normal, uint slot) {
+    vec4 layers = layers_at(cell);
+    if (is_empty(layers)) return 1e9;
+    ivec2 texel = texel_at(cell);
+    float apart = min(abs(front_at(layers, cell, uv) - a) / u_unit, 50.0);
+    float turned = 4.0 - 4.0 * dot(normal, from_octahedral(texelFetch(u_normal, texel, 0).rg));
+    return apart + turned + (texelFetch(u_ids, texel, 0).r == slot ? 0.0 : 100.0);
+}
+
+void main() {
+    ivec2 texel = ivec2(gl_FragCoord.xy), cell = ivec2(texel.x, u_size.y - 1 - texel.y);
+    vec4 layers = layers_at(cell);
+    out_edges = 0u;
+    if (!is_edge(layers)) return;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 at = sample_at(texel, k);
+        uint slot = texelFetch(u_sample_ids, at, 0).r, code = 15u;
+        if (slot > 0u) {
+            float a = texelFetch(u_sample_layers, at, 0).x, least = 1e10;
+            vec3 normal = from_octahedral(texelFetch(u_sample_normal, at, 0).rg);
+            for (uint c = 0u; c < 9u; ++c) {
+                float cost = unlike(cell + neighbour(c), vec2(cell) + 0.5 + sample_place(k), a, normal, slot);
+                if (cost < least) { least = cost; code = c; }
+            }
+        }
+        out_edges |= code << uint(4 * k);
+    }
+}
