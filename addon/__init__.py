@@ -12,9 +12,24 @@ from .parts import attach, detach
 
 def _parts() -> tuple[ModuleType, ...]:
     """What registers itself with Blender, in order."""
-    from . import command, engine, hud, impostor_marks, operators, overlays, panels, presets, properties, session, sun_properties, viewport
+    from . import (
+        command,
+        engine,
+        hud,
+        impostor_marks,
+        impostor_overlay,
+        operators,
+        overlays,
+        panels,
+        presets,
+        properties,
+        session,
+        sun_properties,
+        viewport,
+    )
 
-    return sun_properties, properties, impostor_marks, session, engine, viewport, operators, presets, overlays, hud, panels, command
+    settings, drawn = (sun_properties, properties, impostor_marks, session), (overlays, hud, impostor_overlay)
+    return *settings, engine, viewport, operators, presets, *drawn, panels, command
 
 
 def register() -> None:

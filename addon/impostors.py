@@ -6,14 +6,19 @@ The pipeline is imported when something is marked, not before, so that enabling 
 from __future__ import annotations
 
 from collections.abc import Hashable
+from concurrent.futures import Future
 from math import radians
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from .pipeline.scene import Mark, Scene
 
 if TYPE_CHECKING:
     from .errors import GpuError, SceneError
     from .job import Job
+    from .maths.relief import CaptureFrame
+    from .pipeline.frame import Frame
     from .pipeline.impostor_bake import BakedImpostor
     from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup
     from .pipeline.settings import ImpostorSettings
@@ -95,3 +100,13 @@ def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> l
 
     request = Request(job.scene, job.camera, job.light, job.settings, job.size, measure=False)
     return bake_all(shared_renderer(), request, choice_for(groups, job.settings.impostor), unlit).result()
+
+
+def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Future[Frame]:
+    """The group as the camera of `frame` sees it, alone before nothing, in the job's light: the colours of a texture captured earlier."""
+    from .pipeline.renderer import Request, shared_renderer
+
+    settings = job.settings.replaced(shading={"background": (0.0, 0.0, 0.0, 0.0), "display": "shaded"})
+    rows = np.isin(job.scene.instances.object_id, group.object_ids)
+    size = frame.width, frame.height
+    return shared_renderer().submit(Request(job.scene, frame.camera(), job.light, settings, size, measure=False, shown=rows))[0]

@@ -2,10 +2,32 @@
 
 import bpy
 
-from . import advise, analyse, animate_sun, cameras, export_report, import_cad, light_view, place_sun, preview, sun_study
+from . import (
+    advise,
+    analyse,
+    animate_sun,
+    cameras,
+    export_report,
+    import_cad,
+    impostor_export,
+    impostor_report,
+    impostors,
+    light_view,
+    place_sun,
+    preview,
+    sun_study,
+)
 
 _parts = (preview, analyse, light_view, sun_study, advise, export_report)
-_in_panels_only = (*advise.ALSO, *cameras.OPERATORS, place_sun.OPERATOR, animate_sun.OPERATOR)
+_in_panels_only = (
+    *advise.ALSO,
+    *cameras.OPERATORS,
+    place_sun.OPERATOR,
+    animate_sun.OPERATOR,
+    *impostors.OPERATORS,
+    *impostor_report.OPERATORS,
+    *impostor_export.OPERATORS,
+)
 
 
 def _draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

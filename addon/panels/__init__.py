@@ -1,9 +1,9 @@
 """The sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
 
 from ..parts import attach, detach
-from . import advice, compatible, quality, settings
+from . import advice, compatible, impostors, quality, settings
 
-_parts = (settings, quality, advice, compatible)
+_parts = (impostors, settings, quality, advice, compatible)
 
 
 def register() -> None:

@@ -6,9 +6,9 @@ import bpy
 
 from .. import session
 from ..options import BY_NAME
-from .quality import duration, number
+from .quality import duration
 from .settings import ORDER_OF_QUALITY, TAB
-from .words import paragraph
+from .words import number, paragraph
 
 MOST_ROWS = 8
 

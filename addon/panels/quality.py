@@ -6,15 +6,7 @@ import bpy
 
 from .. import session
 from .settings import ORDER_OF_QUALITY, TAB
-from .words import paragraph
-
-
-def number(value: float | None, unit: str = "") -> str:
-    """A number for a narrow panel: three significant digits; '–' for an unknown one."""
-    if value is None:
-        return "–"
-    text = f"{value:.3g}" if abs(value) < 1e4 else f"{value:.2e}"
-    return text + unit
+from .words import number, paragraph
 
 
 def duration(ms: float | None) -> str:

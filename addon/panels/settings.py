@@ -9,6 +9,7 @@ import bpy
 
 from ..options import BY_NAME, applies, unsuited
 from .compatible import ENGINE
+from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors
 from .placing import draw_camera, draw_sun, draw_sun_study
 from .words import paragraph
 
@@ -159,11 +160,13 @@ SECTIONS = (
         "map",
         True,
     ),
+    Section("impostors", "Impostors", draw_impostors, closed=True),
+    Section("impostors_capture", "Capture", draw_options(*CAPTURE), "impostors", True),
+    Section("impostors_life", "Life Cycle", draw_options(*LIFE), "impostors", True),
+    Section("impostors_keep", "Export", draw_impostor_export, "impostors", True),
     Section("export", "Export", draw_export, closed=True),
 )
-
-
-ORDER_OF_QUALITY = 2 * len(SECTIONS) - 3  # the panel of quality.py stands before Export, the last section
+ORDER_OF_QUALITY = 2 * [section.key for section in SECTIONS].index("impostors") - 1  # the panels of quality.py, advice.py
 
 
 def _panel(section: Section, place: str, **members: object) -> type[bpy.types.Panel]:

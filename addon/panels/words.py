@@ -1,4 +1,4 @@
-"""Texts in a sidebar that is narrower than they are: broken into lines, never cut off."""
+"""Texts and numbers in a sidebar that is narrower than they are: broken into lines, never cut off."""
 
 from __future__ import annotations
 
@@ -8,6 +8,14 @@ import bpy
 
 MARGINS_PX, ICON_PX = 64.0, 22.0  # of a sidebar at UI scale 1: its tabs, the panel's and a box's borders; an icon before a label
 WITHOUT_REGION_PX = 280.0
+
+
+def number(value: float | None, unit: str = "") -> str:
+    """A number for a narrow panel: three significant digits; '–' for an unknown one."""
+    if value is None:
+        return "–"
+    text = f"{value:.3g}" if abs(value) < 1e4 else f"{value:.2e}"
+    return text + unit
 
 
 def broken(text: str, width: float, measure: Callable[[str], float]) -> list[str]:

@@ -22,20 +22,37 @@ class Layout:
             return lambda **_: self
         raise AttributeError(name)
 
-    def prop(self, data, name, index=-1, text="", icon="NONE", toggle=False):
+    def prop(self, data, name, index=-1, text="", icon="NONE", toggle=False, expand=False, emboss=True):
         assert name in data.bl_rna.properties, name
         self.shown.append(name)
 
-    def operator(self, idname, icon="NONE"):
+    def operator(self, idname, text="", icon="NONE"):
         group, name = idname.split(".")
         assert name in dir(getattr(self.bpy.ops, group)), idname
         self.shown.append(idname)
+        return Pressed(getattr(getattr(self.bpy.ops, group), name).get_rna_type())
+
+    def template_list(self, kind, _list_id, data, rows, active_data, index, **_):
+        assert hasattr(self.bpy.types, kind), kind
+        assert rows in data.bl_rna.properties and index in active_data.bl_rna.properties
+        self.shown.append(kind)
 
     def popover(self, panel, icon="NONE"):
         assert hasattr(self.bpy.types, panel), panel
 
     def label(self, text="", icon="NONE"):
         self.texts.append(text)
+
+
+class Pressed:
+    """What a button will call the operator with; refuses what the operator does not take."""
+
+    def __init__(self, operator):
+        object.__setattr__(self, "operator", operator)
+
+    def __setattr__(self, name, value):
+        known = self.operator.properties[name]
+        assert known.type != "ENUM" or value in known.enum_items, (self.operator.identifier, name, value)
 
 
 @pytest.fixture

@@ -1,0 +1,109 @@
+"""`cad_shadow.impostor_export`: impostors as files, as planes in the scene, or as packed images in the .blend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import bpy
+
+from .. import sources
+from ..errors import SceneError, UserError
+from ..impostor_files import metadata, unique_names, write_impostor
+from ..impostor_plane import make_plane, pack_images
+from ..impostors import baked, groups_of
+from ..job import Job
+from ..pipeline.impostor_bake import BakedImpostor
+from ..snapshot.instances import listed
+from .impostors import ACTIVE, ALL, SELECTED, NeedsMarks, chosen_marks, is_one_of
+
+FORMATS = [
+    ("png", "PNG", "8-bit colour with alpha, 16-bit depth, normal and object numbers"),
+    ("exr", "OpenEXR", "Exact linear colour, depth in metres, normals, object numbers"),
+    ("npz", "NumPy", "All arrays in one file"),
+]
+
+
+class CAD_SHADOW_OT_impostor_export(NeedsMarks, bpy.types.Operator):
+    """Capture impostors from this view, shaded as a preview is, and keep their images: colour, depth, normal, object numbers, and all that
+    is needed to draw them elsewhere as JSON"""
+
+    bl_idname = "cad_shadow.impostor_export"
+    bl_label = "Export Impostors"
+    bl_options = {"REGISTER", "UNDO"}
+
+    target: bpy.props.EnumProperty(name="Of", description="Which impostors", items=[ALL, ACTIVE, SELECTED])
+    to: bpy.props.EnumProperty(
+        name="To",
+        description="What is made",
+        items=[
+            ("FILES", "Files", "Images and a JSON file in a folder"),
+            ("PLANE", "Plane", "A plane at the impostor's place whose material shows it, its images packed into the .blend"),
+            ("PACKED", "Packed Images", "Images packed into the .blend"),
+        ],
+    )
+    format: bpy.props.EnumProperty(name="Format", description="Format of the images", items=FORMATS)
+    unlit: bpy.props.BoolProperty(name="Unlit", description="Bare colours of the surfaces, to be relit with the normals", default=False)
+    directory: bpy.props.StringProperty(
+        name="Folder", description="Where the files go", subtype="DIR_PATH", default="", options={"SKIP_SAVE"}
+    )
+    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Ask for a folder when files are wanted."""
+        if self.to != "FILES":
+            return self.execute(context)
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """What the file browser's side shows."""
+        layout = self.layout
+        layout.use_property_split = True
+        for name in ("target", "to", "unlit"):
+            layout.prop(self, name)
+        if self.to == "FILES":
+            layout.prop(self, "format")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Capture, then keep as asked."""
+        try:
+            if self.to == "FILES" and not self.directory:
+                raise SceneError("Choose a folder for the files (directory=…).")
+            job = sources.job_for_view(context)
+            chosen = chosen_marks(context, self.target)
+            groups = tuple(group for group in groups_of(job.scene) if is_one_of(group.key, chosen))
+            if not groups:
+                raise SceneError("Those impostors have no surface in this view: unhide their objects.")
+            done = self._keep(context, job, baked(job, groups, self.unlit))
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if done:
+            made = {"FILES": f"written to {self.directory}", "PLANE": "plane added at its place", "PACKED": "packed into the file"}
+            self.report({"INFO"}, f"{listed(done)}: {made[self.to]}")
+        return {"FINISHED"} if done else {"CANCELLED"}
+
+    def _keep(self, context: bpy.types.Context, job: Job, results: list[BakedImpostor | UserError]) -> list[str]:
+        """Files, planes or packed images of what could be captured; the names. What could not is reported."""
+        good = [result for result in results if isinstance(result, BakedImpostor)]
+        for error in results:
+            if not isinstance(error, BakedImpostor):
+                self.report({"ERROR"}, str(error))
+        keep: dict[str, Callable[[BakedImpostor, str], object]] = {
+            "FILES": lambda one, name: write_impostor(Path(bpy.path.abspath(self.directory)) / name, one, job.scene, self.format),
+            "PLANE": lambda one, name: _add(context, make_plane(one, metadata(one, job.scene, {}))),
+            "PACKED": lambda one, name: pack_images(one, metadata(one, job.scene, {})),
+        }
+        for one, name in zip(good, unique_names([one.name for one in good]), strict=True):
+            keep[self.to](one, name)
+        return [one.name for one in good]
+
+
+def _add(context: bpy.types.Context, plane: bpy.types.Object) -> None:
+    """Put the plane into the active collection, selected."""
+    context.collection.objects.link(plane)
+    plane.select_set(True)
+
+
+OPERATORS = (CAD_SHADOW_OT_impostor_export,)
