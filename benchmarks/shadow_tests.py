@@ -31,16 +31,19 @@ Made by `python -m benchmarks.shadow_tests`; do not edit. Misclassified pixels, 
 
 **Depth.** The occluder in the map is put back into the world and its height over the receiver's exact plane decides.
 Automatic bias needs no number: it is the float noise, a step of the depth format at that place of the warped map, and a
-share of the texel's tilt; in concave corners the occluder is followed back to the receiver's own ray. The other
-strategies (constant, slope-scaled, normal-offset, receiver-plane) compare depths along the ray with the bias given.
+share of the texel's tilt. At the foot of something low, where one of the four cells round a place shows the receiver's
+own plane and the nearest something less than three texels above it, the map cannot tell the lit side from the dark one:
+such a place is lit, so that no dark dots lie along lit creases. The other strategies (constant, slope-scaled,
+normal-offset, receiver-plane) compare depths along the ray with the bias given.
 
 **ID + depth** (IDD). Dark iff the difference exceeds ε_far, or the ids differ and it exceeds ε. Automatic: ε is the
 bias above; ε_far is what a surface can rise within a texel, at most the object's own extent along the light.
 
-**Triangle-exact** (method §8). The map says which triangles are near the ray, the ray itself decides. A stored triangle
-stands for the block of eight triangles that follow one another in the index buffer, because neighbours in the buffer
-are neighbours in space: triangles that never won a texel (slivers of a thin rod) are tested all the same. Where
-everything stored near the ray stands far above the receiver it is dark.
+**Triangle-exact** (method §8). The map says which triangles are near the ray, the ray itself decides. From each triangle
+stored in the 3×3 cells round the place the surface is followed over its edges towards the ray, to the triangle that
+holds it or to where the surface ends or folds back: slivers that never won a texel are found all the same. Where the
+surface cannot be followed (an edge with more than two triangles, more than 64 steps) the nearest cell's depth decides;
+where everything stored near the ray stands far above the receiver it is dark.
 
 **n-SM** (SMMVP §4.5). A cell keeps n depths, its own and n − 1 of its neighbours'; every depth is compared at the place
 it was stored.
@@ -81,14 +84,14 @@ def pass_times(renderer: Renderer, scene: object, camera: object, light: object,
         draw_list = device.store.sync(scene)
         maps = device.shadow_maps(chosen.fit.size, len(plan.projections), chosen.test)
         draw_gbuffer(context, device.programs, device.gbuffer(SIZE), draw_list, camera)
-        target = device.shade_target(SIZE, False)
+        target, triangles = device.shade_target(SIZE, False), device.triangles(linked=chosen.test.kind == "triangle")
 
         def drawn() -> None:
             draw_shadow_maps(context, device.programs, maps, draw_list, plan, chosen.test)
             context.finish()
 
         def shaded() -> None:
-            device.shade_pass.draw(target, device.gbuffer(SIZE), maps, draw_list, device.triangles(), camera, light, plan, chosen)
+            device.shade_pass.draw(target, device.gbuffer(SIZE), maps, draw_list, triangles, camera, light, plan, chosen)
             context.finish()
 
         whole, shade = least_ms(drawn), least_ms(shaded)

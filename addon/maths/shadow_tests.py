@@ -114,10 +114,7 @@ def filtered(lit: np.ndarray) -> np.ndarray:
     return lit.reshape(len(lit), -1).mean(axis=1)
 
 
-def height_at_ray(
-    here: np.ndarray, beyond_s: np.ndarray, beyond_t: np.ndarray, offset: np.ndarray, rise: float
-) -> np.ndarray:
-    """Height (…) of an occluder at the receiver's ray: its height `here` at the cell's centre, followed back `offset` (…, 2)
-    texels (at most half of one) by `rise` times its growth towards the cells beyond."""
-    growth = np.stack([beyond_s - here, beyond_t - here], axis=-1)
-    return here - rise * (np.maximum(growth, 0.0) * np.minimum(np.abs(offset), 0.5)).sum(axis=-1)
+def is_at_foot(height: np.ndarray, round_it: np.ndarray, bias: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """(P,) whether a place counts as lit though its cell's `height` over the receiver's plane exceeds `bias`: what stands there is low
+    (`most` metres), and of the other three cells round the place (`round_it`, (P, 3) heights) one does not exceed it."""
+    return (height <= most) & (round_it.min(axis=1) <= bias)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TypeVar
 
 import moderngl
@@ -47,11 +48,16 @@ class Device:
         """The picture's targets, with or without the data images."""
         return self._keep(f"shade{int(data)}", size, lambda: ShadeTarget(self.context, size, data))
 
-    def triangles(self) -> tuple[BufferTexture, BufferTexture]:
-        """(positions, indices) of the pools as buffer textures."""
+    def triangles(self, linked: bool = False) -> dict[str, BufferTexture]:
+        """The pools as buffer textures by sampler name: positions, indices, and what lies across the edges if `linked`."""
         store = self.store
-        key = (store.positions.glo, store.positions.size, store.indices.glo, store.indices.size)
-        return self._keep("triangles", key, lambda: _Pair(*store.buffer_textures())).pair
+        pools = {"u_positions": (store.positions, "r32f"), "u_indices": (store.indices, "r32ui")}
+        if linked:
+            pools["u_links"] = (store.linked(), "r32ui")
+        return {
+            name: self._keep(name, (pool.glo, pool.size), partial(BufferTexture, self.context, pool, kind))
+            for name, (pool, kind) in pools.items()
+        }
 
     def unbind(self) -> None:
         """Bind an idle framebuffer. Called before a framebuffer is released: moderngl binds the last one again when it makes another."""
@@ -82,15 +88,6 @@ class Device:
         self.programs.release()
         self._idle.release()
         self._idle_target.release()
-
-
-class _Pair:
-    def __init__(self, positions: BufferTexture, indices: BufferTexture) -> None:
-        self.pair = (positions, indices)
-
-    def release(self) -> None:
-        for texture in self.pair:
-            texture.release()
 
 
 def device_of(context: moderngl.Context, worker: GpuWorker) -> Device:

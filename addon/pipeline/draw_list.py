@@ -66,7 +66,6 @@ class DrawList:
     visible: BufferTexture
     scene: Scene
     rows_of_slot: np.ndarray
-    spans: np.ndarray
     vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
     on_demand: dict[str, tuple[BufferTexture, moderngl.Buffer]] = field(default_factory=dict)
 
@@ -79,11 +78,9 @@ class DrawList:
         ranges: IndexRanges,
         groups: list[InstancedGroup],
         rows_of_slot: np.ndarray,
-        spans: np.ndarray,
         baked_slots: int,
     ) -> DrawList:
-        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused),
-        `spans` (S, 2) uint32 its triangles in the index pool (first, one past the last)."""
+        """Upload the instance table of `scene`; `rows_of_slot` (S,) names the instance row of each slot (−1 = unused)."""
         table, info = _table(scene, rows_of_slot, baked_slots)
         slots = sum(len(g.slots) for g in groups)
         buffers = context.buffer(table.tobytes()), context.buffer(info.tobytes()), context.buffer(reserve=max(4, slots * 4))
@@ -103,7 +100,6 @@ class DrawList:
             *textures,
             scene,
             rows_of_slot,
-            spans,
         )
 
     def draw(
@@ -138,17 +134,12 @@ class DrawList:
         self.table.use(SAMPLER_UNITS["u_table"])
         self.info.use(SAMPLER_UNITS["u_info"])
 
-    def test_table(self, name: str) -> BufferTexture:
-        """What some shadow tests look up by slot, made when first asked for.
-
-        'u_extents' (RGBA32F): half the extents of the slot's object, world axes, metres.
-        'u_spans' (RG32UI): its triangles in the index pool.
-        """
-        if name not in self.on_demand:
-            content = _half_extents(self.scene, self.rows_of_slot) if name == "u_extents" else self.spans
-            buffer = self.context.buffer(content.tobytes())
-            self.on_demand[name] = BufferTexture(self.context, buffer, "rgba32f" if name == "u_extents" else "rg32ui"), buffer
-        return self.on_demand[name][0]
+    def extents(self) -> BufferTexture:
+        """`u_extents` (RGBA32F) by slot: half the extents of its object, world axes, metres; made when first asked for."""
+        if "u_extents" not in self.on_demand:
+            buffer = self.context.buffer(_half_extents(self.scene, self.rows_of_slot).tobytes())
+            self.on_demand["u_extents"] = BufferTexture(self.context, buffer, "rgba32f"), buffer
+        return self.on_demand["u_extents"][0]
 
     def _draw_groups(
         self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None, rows: np.ndarray | None

@@ -19,6 +19,7 @@ from .gl_raw import BufferTexture
 from .octahedral import packed_octahedral
 from .ranges import Ranges
 from .scene import Mesh, Scene
+from .surface_links import SurfaceLinks
 
 BAKE_TRIANGLES = 3000
 INITIAL_VERTICES, INITIAL_INDICES = 1 << 16, 3 << 16
@@ -39,11 +40,6 @@ class _Part:
     slot: int
     transform: np.ndarray | None
 
-    @property
-    def triangle_span(self) -> tuple[int, int]:
-        """First triangle in the index pool and the one after the last."""
-        return self.first_index // 3, (self.first_index + self.index_count) // 3
-
 
 class GeometryStore:
     """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene."""
@@ -56,6 +52,7 @@ class GeometryStore:
         self.normals = context.buffer(reserve=INITIAL_VERTICES * 4)
         self.vertex_slots = context.buffer(reserve=INITIAL_VERTICES * 4)
         self.indices = context.buffer(reserve=INITIAL_INDICES * 4)
+        self.links = SurfaceLinks(context)
         self._parts: dict[Hashable, _Part] = {}
         self._scene: Scene | None = None
         self._draw_list: DrawList | None = None
@@ -131,24 +128,21 @@ class GeometryStore:
         base = self._slots.capacity
         total = sum(len(rows) for rows in instanced.values())
         rows_of_slot = np.full(base + total, -1, np.int64)
-        spans = np.zeros((base + total, 2), np.uint32)
         if parts:
             slots_used = [p.slot for p, _ in parts]
             rows_of_slot[slots_used] = [row for _, row in parts]
-            spans[slots_used] = [p.triangle_span for p, _ in parts]
         bounds_ws = scene.instance_bounds_ws() if instanced else None
         groups, cursor = [], base
         for key, rows in instanced.items():
             part = self._parts[key]
             rows_of_slot[cursor : cursor + len(rows)] = rows
-            spans[cursor : cursor + len(rows)] = part.triangle_span
             slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
             stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
             groups.append(
                 InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max())
             )
             cursor += len(rows)
-        return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, spans, base)
+        return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, base)
 
     def _replace_draw_list(self, draw_list: DrawList) -> None:
         if self._draw_list is not None:
@@ -190,8 +184,15 @@ class GeometryStore:
         """(positions as r32f, indices as r32ui): the triangles as the shader reads them for exact tests; the caller releases them."""
         return BufferTexture(self._context, self.positions, "r32f"), BufferTexture(self._context, self.indices, "r32ui")
 
+    def linked(self) -> moderngl.Buffer:
+        """The pool of links across edges, brought up to the scene of the last `sync`."""
+        parts = ((p.mesh, p.mesh.positions, p.first_vertex, p.first_index, p.index_count) for p in self._parts.values())
+        self.links.update(self.indices, parts)
+        return self.links.buffer
+
     def release(self) -> None:
         """Free every buffer."""
+        self.links.release()
         if self._draw_list is not None:
             self._draw_list.release()
             self._draw_list = None

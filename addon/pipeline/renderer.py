@@ -112,7 +112,11 @@ class Renderer:
     def submit(self, request: Request) -> tuple[Future[Frame], Ticket]:
         """Queue a frame; set `ticket.is_cancelled` to give it up between stages."""
         ticket = Ticket()
-        return self.worker.submit(lambda context: render_frame(device_of(context, self.worker), request, ticket)), ticket
+        return self.queue(request, ticket), ticket
+
+    def queue(self, request: Request, ticket: Ticket) -> Future[Frame]:
+        """Queue a frame with a ticket of the caller's own."""
+        return self.worker.submit(lambda context: render_frame(device_of(context, self.worker), request, ticket))
 
 
 def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
@@ -201,9 +205,8 @@ def _shade(
 
 def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
     maps = _shadow_maps(device, request, plan) if plan is not None else None
-    device.shade_pass.draw(
-        target, device.gbuffer(request.size), maps, draw_list, device.triangles(), camera, request.light, plan, request.settings
-    )
+    triangles = device.triangles(linked=maps is not None and request.settings.test.kind == "triangle")
+    device.shade_pass.draw(target, device.gbuffer(request.size), maps, draw_list, triangles, camera, request.light, plan, request.settings)
 
 
 def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:

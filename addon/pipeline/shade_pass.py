@@ -56,7 +56,7 @@ class ShadePass:
         gbuffer: GBuffer,
         maps: ShadowMaps | None,
         draw_list: DrawList,
-        triangles: tuple[BufferTexture, BufferTexture],
+        triangles: dict[str, BufferTexture],
         camera: Camera,
         light: Light | None,
         plan: ShadowPlan | None,
@@ -98,16 +98,15 @@ class ShadePass:
         gbuffer: GBuffer,
         maps: ShadowMaps | None,
         draw_list: DrawList,
-        triangles: tuple[BufferTexture, BufferTexture],
+        triangles: dict[str, BufferTexture],
     ) -> None:
-        tables = {name: draw_list.test_table(name) for name in ("u_extents", "u_spans") if name in program}  # made before anything is bound
+        tables = {"u_extents": draw_list.extents()} if "u_extents" in program else {}  # made before anything is bound
         inputs = {
             **tables,
+            **triangles,
             "u_view_depth": gbuffer.view_depth,
             "u_normal": gbuffer.normal,
             "u_ids": gbuffer.ids,
-            "u_positions": triangles[0],
-            "u_indices": triangles[1],
         }
         if maps is not None:
             inputs |= maps.inputs()

@@ -9,13 +9,12 @@ from ..maths.shadow_tests import spread_neighbours
 from .settings import BIASES, FILTER_UNITS, TESTS, TestChoice
 
 # Numbers of the automatic bias and the exact test, by measurement (docs/shadow_tests.md).
-AUTO_TILT = 0.3
-AUTO_FLAT = 0.0
-RISE = 1.5
+AUTO_TILT = 0.6
+FOOT_TEXELS = 3.0
 FAR_TEXELS = 3.0
 ID_FAR_TEXELS = 1.0
 REACH = 1
-BLOCK = 8
+MOST_STEPS = 64
 STEEPEST_TANGENT = 16.0
 USUAL_BIAS = {"slope-scaled": 1.5, "normal-offset": 1.5, "receiver-plane": 0.5}
 USUAL_CONSTANT_SHARE = 2e-3
@@ -50,11 +49,10 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
         "DEPTHS": test.depths,
         "ID_PER_MATERIAL": int(test.id_per_material),
         "REACH": REACH,
-        "BLOCK": BLOCK,
+        "MOST_STEPS": MOST_STEPS,
         "FAR_TEXELS": ID_FAR_TEXELS if test.kind == "id-depth" else FAR_TEXELS,
         "AUTO_TILT": AUTO_TILT,
-        "AUTO_FLAT": AUTO_FLAT,
-        "RISE": RISE,
+        "FOOT_TEXELS": FOOT_TEXELS,
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
     }
 

@@ -27,35 +27,43 @@ float depth_of(Receiver r, ivec2 cell) { return texelFetch(u_shadow_depth, ivec3
 
 float height_of(Receiver r, ivec2 cell) { return height_above(r, vec3(cell_ndc(cell), depth_of(r, cell))); }
 
-// Height of the occluder where the receiver's ray is, not where the cell's centre is: in a concave corner the wall that a cell shows rises
-// from the receiver's own place. Followed back with the rise towards the cell beyond, RISE times, at most half a texel; never upwards.
-float height_at_ray(Receiver r, ivec2 cell, float depth) {
-    vec2 d = vec2(cell) + 0.5 - r.texel;
-    float h = height_above(r, vec3(cell_ndc(cell), depth));
-    vec2 rise = vec2(height_of(r, cell + ivec2(d.x < 0.0 ? -1 : 1, 0)), height_of(r, cell + ivec2(0, d.y < 0.0 ? -1 : 1))) - h;
-    return h - RISE * dot(max(rise, vec2(0.0)), min(abs(d), vec2(0.5)));
+// At the foot of something low the map cannot tell the lit side from the dark one: of the four cells round the place `at` one shows the
+// receiver's own plane (or what lies below it), another something less than FOOT_TEXELS texels above it. Such a place is lit: a dark dot
+// on a lit crease is seen, a shadow that begins half a texel later is not.
+bool is_at_foot(Receiver r, float bias, vec2 at, ivec2 cell, float height) {
+    if (height > FOOT_TEXELS * footprint_m(r)) return false;
+    vec2 d = at - vec2(cell) - 0.5;
+    ivec2 side = ivec2(d.x < 0.0 ? -1 : 1, d.y < 0.0 ? -1 : 1);
+    float lowest = min(height_of(r, cell + ivec2(side.x, 0)), min(height_of(r, cell + ivec2(0, side.y)), height_of(r, cell + side)));
+    return lowest <= bias;
 }
 #endif
 
-float light_through(Receiver r, Limits limits, ivec2 cell) {
-    ivec3 at = ivec3(clamped_cell(cell), r.map);
+// `at`: the place of the tap, in texels.
+float light_through(Receiver r, Limits limits, vec2 at) {
+    ivec2 cell = ivec2(floor(at));
+    ivec3 stored = ivec3(clamped_cell(cell), r.map);
 #if DEPTHS == 1
-    float depth = texelFetch(u_shadow_depth, at, 0).r * 2.0 - 1.0;
+    float depth = texelFetch(u_shadow_depth, stored, 0).r * 2.0 - 1.0;
+#if TEST == TEST_ID_DEPTH || BIAS == BIAS_AUTOMATIC
+    float height = height_above(r, vec3(cell_ndc(cell), depth));
+#endif
 #if TEST == TEST_ID_DEPTH
-    return is_dark(r, limits, height_at_ray(r, cell, depth), depth, texelFetch(u_shadow_ids, at, 0).r) ? 0.0 : 1.0;
+    bool dark = is_dark(r, limits, height, depth, texelFetch(u_shadow_ids, stored, 0).r);
+    return dark && !(u_epsilon < 0.0 && is_at_foot(r, automatic_bias_m(r), at, cell, height)) ? 0.0 : 1.0;
 #elif BIAS == BIAS_AUTOMATIC
-    return height_at_ray(r, cell, depth) > limits ? 0.0 : 1.0;
+    return height > limits && !is_at_foot(r, limits, at, cell, height) ? 0.0 : 1.0;
 #else
     return stands_before(r, limits, cell, depth) ? 0.0 : 1.0;
 #endif
 #else
     vec4 depths[2];
-    depths[0] = texelFetch(u_cells_0, at, 0);
-    depths[1] = DEPTHS > 4 ? texelFetch(u_cells_1, at, 0) : vec4(0.0);
+    depths[0] = texelFetch(u_cells_0, stored, 0);
+    depths[1] = DEPTHS > 4 ? texelFetch(u_cells_1, stored, 0) : vec4(0.0);
 #if TEST == TEST_ID_DEPTH
     uvec4 ids[2];
-    ids[0] = texelFetch(u_cell_ids_0, at, 0);
-    ids[1] = DEPTHS > 4 ? texelFetch(u_cell_ids_1, at, 0) : uvec4(0u);
+    ids[0] = texelFetch(u_cell_ids_0, stored, 0);
+    ids[1] = DEPTHS > 4 ? texelFetch(u_cell_ids_1, stored, 0) : uvec4(0u);
 #endif
     int lit = 0;
     for (int i = 0; i < DEPTHS; ++i) {

@@ -1,12 +1,14 @@
 // The triangle-exact test (method §8): the map says which triangles are near the light's ray, the ray itself decides.
 //
-// Dark iff the ray from the receiver towards the light hits a triangle stored in the cells round it (REACH cells each way; its own triangle
-// excluded), or everything stored there stands higher above the receiver's plane than far_m: then something whose own edge lies elsewhere,
-// or that never won a cell, covers it. No bias: only float32's noise, within which another plane is the same plane (coplanar neighbours,
-// coincident faces). Taps of a filter share the candidates: each triangle is fetched once and tested against every ray that is still lit.
+// Dark iff the ray from the receiver towards the light hits the surface of a triangle stored in the cells round it (REACH cells each way;
+// its own triangle excluded), or everything stored there stands higher above the receiver's plane than far_m: then something whose own
+// edge lies elsewhere, or that never won a cell, covers it. A surface is followed from the stored triangle over its edges towards the ray,
+// so that slivers too thin to win a cell are found; it ends where it has a border or folds back. Where it cannot be followed, the nearest
+// cell's depth decides. No bias: only float32's noise, within which another plane is the same plane (coplanar neighbours, coincident faces).
 uniform sampler2DArray u_shadow_depth;
 uniform usampler2DArray u_shadow_ids;
-uniform usamplerBuffer u_spans;  // of a slot: its triangles in the pool, first and one past the last
+uniform usamplerBuffer u_links;  // beside the indices: the triangle across the edge from corner k to k + 1, or one of these
+const uint NOTHING = 0xFFFFFFFFu, SEVERAL = 0xFFFFFFFEu;
 uniform float u_epsilon_far;   // metres along the ray; negative: FAR_TEXELS texels
 
 // A triangle as the parallel rays of one receiver see it. A ray displaced by d hits it iff the edge functions inside + turn . d have one sign.
@@ -18,12 +20,6 @@ struct Triangle {
     float slope;         // normal . light
     float noise;
 };
-
-// The block of BLOCK triangles in the index pool that an id lies in: slot + 1, first triangle. Blocks begin with the part.
-uvec2 block_of(uvec2 ids) {
-    uint first = texelFetch(u_spans, int(ids.x) - 1).x;
-    return uvec2(ids.x, ids.y - (ids.y - first) % uint(BLOCK));
-}
 
 // Edge functions change sign exactly with the order of the corners, term by term, so that no ray passes between neighbours.
 Triangle triangle_seen_from(Receiver r, uvec4 info, uint slot, uint triangle) {
@@ -43,11 +39,79 @@ Triangle triangle_seen_from(Receiver r, uvec4 info, uint slot, uint triangle) {
     return t;
 }
 
-// Does the ray from `offset` (relative to the receiver) hit it, this side of the light, and not as the receiver's own plane?
-bool hits(Receiver r, Triangle t, vec3 offset) {
+// Does the plane lie on the ray from `offset` (relative to the receiver), this side of the light, and not as the receiver's own plane?
+bool is_ahead(Receiver r, Triangle t, vec3 offset) {
     float height = t.height - dot(t.normal, offset);
+    return abs(height) > t.noise && height * t.slope > 0.0
+        && (u_light.w == 0.0 || abs(height) < abs(t.slope) * distance(u_light.xyz, r.position_ws));
+}
+
+// A walk over one surface towards a ray.
+struct Walk {
+    uvec2 at;      // slot + 1, triangle
+    uint before;   // the triangle come from
+    int steps;
+};
+const int GOES_ON = 0, HITS = 1, MISSES = 2, UNKNOWN = 3;
+
+// One triangle: does it hold the ray from `offset`? Otherwise on over the edge that the ray is farthest beyond.
+int walk_on(Receiver r, vec3 offset, inout Walk w) {
+    uint slot = w.at.x - 1u;
+    Triangle t = triangle_seen_from(r, instance_info(slot), slot, w.at.y);
     vec3 e = t.inside + offset * t.turn;
-    bool one_sign = all(greaterThanEqual(e, vec3(0.0))) || all(lessThanEqual(e, vec3(0.0)));
-    bool ahead = abs(height) > t.noise && height * t.slope > 0.0;
-    return one_sign && ahead && (u_light.w == 0.0 || abs(height) < abs(t.slope) * distance(u_light.xyz, r.position_ws));
+    float area = e.x + e.y + e.z;
+    e = area < 0.0 ? -e : e;
+    if (area == 0.0 || ++w.steps > MOST_STEPS) return UNKNOWN;
+    if (all(greaterThanEqual(e, vec3(0.0)))) return w.at != r.ids && is_ahead(r, t, offset) ? HITS : MISSES;
+    vec3 beyond = e / max(vec3(length(t.turn[0]), length(t.turn[1]), length(t.turn[2])), vec3(1e-30));
+    uint next = NOTHING;
+    float farthest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        uint across = texelFetch(u_links, int(w.at.y) * 3 + k).r;
+        if (across == w.before && e[k] < 0.0) return MISSES;  // folded back: the ray is beyond the edge on both sides
+        if (beyond[k] < farthest) {
+            farthest = beyond[k];
+            next = across;
+        }
+    }
+    w.before = w.at.y;
+    w.at.y = next;
+    return next == NOTHING ? MISSES : next == SEVERAL ? UNKNOWN : GOES_ON;
+}
+
+// Is the place `step` texels from the receiver's, on its plane, in shadow?
+bool is_dark(Receiver r, vec2 step) {
+    const int window = 2 * REACH + 1, cells = window * window;
+    vec3 across = step.x * r.step_s + step.y * r.step_t;
+    vec3 offset = across - r.light_ws * (dot(r.normal_ws, across) / max(r.facing, 1e-3));  // along the light onto the receiver's plane
+    ivec2 nearest = ivec2(floor(r.texel + step));
+    float far_m = u_epsilon_far >= 0.0 ? u_epsilon_far * r.facing : FAR_TEXELS * footprint_m(r);
+    float lowest = 1e30;
+    bool is_walking = false, is_doubtful = false;
+    Walk walk;
+    uvec2 first = uvec2(0u), last = uvec2(0u);
+    int next = 0;
+    for (;;) {
+        while (!is_walking && next < cells) {
+            int place = (next + cells / 2) % cells;  // the nearest cell first
+            ivec3 at = ivec3(clamped_cell(nearest + ivec2(place % window, place / window) - REACH), r.map);
+            uvec2 ids = texelFetch(u_shadow_ids, at, 0).rg;
+            float height = height_above(r, vec3(cell_ndc(at.xy), texelFetch(u_shadow_depth, at, 0).r * 2.0 - 1.0));
+            lowest = min(lowest, height);
+            is_walking = ids.x != 0u && ids != r.ids && ids != first && ids != last;
+            if (next == 0) {
+                first = ids;
+                is_doubtful = is_walking && height > automatic_bias_m(r);
+            }
+            last = ids;
+            walk = Walk(ids, SEVERAL, 0);
+            ++next;
+        }
+        if (!is_walking) break;
+        int found = walk_on(r, offset, walk);
+        if (found == HITS) return true;
+        is_walking = found == GOES_ON;
+        if (next == 1) is_doubtful = is_doubtful && found != MISSES;
+    }
+    return lowest > far_m || is_doubtful;
 }

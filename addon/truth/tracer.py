@@ -19,6 +19,7 @@ from .backends import BACKENDS, Backend
 from .triangles import WorldTriangles, world_triangles
 
 MOST_HITS_ON_ITSELF = 16
+LEAST_FACING = 1e-6  # below, float32 cannot tell which side of a face the light is on (walls under a light from the zenith)
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +28,7 @@ class Truth:
 
     `depth` view depth in metres, inf = nothing; `object` int32, −1 = nothing; `triangle` int64, row of `world_triangles`, −1 = nothing;
     `point_ws`, `normal_ws` (S, 3) float64, exact in the triangle's plane, normal turned to the viewer (zeros where nothing);
-    `facing` cosine between that normal and the light's direction; `lit_facing` facing > 0 and within the light's cone;
+    `facing` cosine between that normal and the light's direction; `lit_facing` facing > `LEAST_FACING` and within the light's cone;
     `lit` lit-facing with nothing between the point and the light.
     """
 
@@ -101,7 +102,7 @@ class TruthTracer:
         point[seen], normal[seen] = self._surface(origins[seen], directions[seen], triangle[seen], distance[seen])
         to_light, light_distance, in_cone = directions_to_light(light, point)
         facing = np.einsum("ij,ij->i", normal, to_light)
-        lit_facing = seen & in_cone & (facing > 0.0)
+        lit_facing = seen & in_cone & (facing > LEAST_FACING)
         lit = lit_facing.copy()
         lit[lit_facing] = ~self._blocked(point[lit_facing], normal[lit_facing], triangle[lit_facing],
                                          to_light[lit_facing], light_distance[lit_facing])

@@ -6,6 +6,7 @@ import pytest
 from addon.maths import lookup, measure
 from addon.pipeline.renderer import DATA_PASSES
 from addon.pipeline.settings import Settings
+from addon.pipeline.shadow_test import FOOT_TEXELS
 from tests import scenes
 from tests.pipeline import oracle
 
@@ -82,18 +83,19 @@ def test_measured_errors_are_those_of_the_jacobian(renderer, warp, partition, fi
 @pytest.mark.parametrize(("warp", "partition"), PLANS)
 @pytest.mark.parametrize("make", SCENES)
 def test_light_is_what_the_stored_depth_says_of_the_receiver_plane(renderer, make, warp, partition):
-    """Shadow iff the cell's occluder stands above the receiver's plane; heights near the bias are left out."""
+    """Shadow iff the cell's occluder stands above the receiver's plane; heights near the bias, and what is so low that the cells round it
+    have a say (test_shadow_tests.py), are left out."""
     frame = render(renderer, make(), settings(warp, partition), ("depth", "normal", "shadow", "partition", "texel"))
     seen = np.isfinite(frame.passes["depth"]) & (frame.passes["partition"] >= 0)
     points = surface_points(frame.passes["depth"], CAMERA)[seen[np.isfinite(frame.passes["depth"])]]
     normals = frame.passes["normal"][seen].astype(np.float64)
-    heights = occluder_heights(frame, points, normals, frame.passes["partition"][seen])
+    heights, high = occluder_heights(frame, points, normals, frame.passes["partition"][seen])
     faces = normals @ SUN.direction_ws > 1e-3
     shadow = frame.passes["shadow"][seen]
     assert np.all(shadow[normals @ SUN.direction_ws < -1e-3] == 0.0)
-    far_above, below = faces & (heights > 0.3), faces & (heights < 1e-4)
+    far_above, below = faces & (heights > high), faces & (heights < 1e-4)
     assert far_above.sum() + below.sum() > 0.2 * faces.sum()
-    assert np.mean(shadow[far_above] == 0.0) > 0.9  # the exact rule, which follows rising occluders to the ray: test_shadow_tests.py
+    assert not far_above.any() or np.mean(shadow[far_above] == 0.0) > 0.99
     assert np.mean(shadow[below] == 1.0) > 0.995
 
 
@@ -109,8 +111,8 @@ def surface_points(depth, camera):
 
 
 def occluder_heights(frame, points, normals, index):
-    """(P,) metres the occluder in each point's own cell stands above the point's plane."""
-    out = np.empty(len(points))
+    """(P,) metres the occluder in each point's own cell stands above the point's plane, and (P,) metres above which it is not low."""
+    out, low = np.empty(len(points)), np.empty(len(points))
     for i, projection in enumerate(frame.plan.projections):
         here = index == i
         s, t, _, _ = lookup.project(projection, points[here])
@@ -119,4 +121,6 @@ def occluder_heights(frame, points, normals, index):
         centre = (cell + 0.5) * 2.0 / MAP - 1.0
         occluder = lookup.unproject(projection, centre[:, 0], centre[:, 1], stored.astype(np.float64))
         out[here] = ((occluder - points[here]) * normals[here]).sum(axis=1)
-    return out
+        steps = lookup.texel_footprint(projection, points[here], SUN, MAP)
+        low[here] = 1.01 * FOOT_TEXELS * np.linalg.norm(steps, axis=-1).max(axis=-1)
+    return out, low
