@@ -27,7 +27,7 @@ TILE = 8
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first), `nearest` of all. `depth_m`, `back_m` (h, w) float32
+    `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first, with an empty rim), `nearest` of all. `depth_m`, `back_m` (h, w) float32
     metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows something.
     """
 
@@ -114,12 +114,13 @@ def capture(
 
 
 def nearest_of_tiles(layers: np.ndarray) -> np.ndarray:
-    """(⌈h/TILE⌉, ⌈w/TILE⌉) float32: no front surface in the square lies nearer, its slopes included; `EMPTY` without one."""
+    """(⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2) float32: no front surface in the square lies nearer, its slopes included; `EMPTY` without one and on
+    the rim."""
     nearest = np.abs(layers[..., 0]) - 0.5 * np.abs(layers[..., 1:3]).sum(axis=-1)
     height, width = (-(-n // TILE) for n in nearest.shape)
     padded = np.full((height * TILE, width * TILE), EMPTY, np.float32)
     padded[: nearest.shape[0], : nearest.shape[1]] = nearest
-    return padded.reshape(height, TILE, width, TILE).min(axis=(1, 3))
+    return np.pad(padded.reshape(height, TILE, width, TILE).min(axis=(1, 3)), 1, constant_values=EMPTY)
 
 
 def _texture(context: moderngl.Context, image: np.ndarray) -> moderngl.Texture:

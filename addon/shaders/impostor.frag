@@ -7,7 +7,7 @@ in vec2 v_uv;
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
 uniform sampler2D u_back_normal;
-uniform sampler2D u_tiles;          // nearest depth of every square of TILE × TILE texels, v downwards
+uniform sampler2D u_tiles;          // nearest depth of every square of TILE × TILE texels, v downwards, with an empty rim
 uniform usampler2D u_back_ids;
 uniform mat4 u_clip_from_texel;
 uniform vec4 u_view_depth_from_texel;

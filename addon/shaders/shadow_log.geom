@@ -1,79 +1,117 @@
-// A triangle whose edges are curves in a logarithmic map becomes a few boxes that hold it; the fragment stage decides exactly.
-// s = X/w is extremal at corners (a projective map with w > 0) and t is monotonic in w, so the box of the corners is the box of the part
-// between two rows. A slanting rod would fill little of one box: it is cut into slabs of rows.
+// A triangle whose edges are curves in a logarithmic map, cut at fixed rows of the map, so close together that a straight edge from row to
+// row is its curve within BEND_TEXELS of pipeline/log_pass.py. The rows are the same for all triangles and a cut point depends on its edge
+// alone: neighbours share every point, no crack opens between them. What lies before the first or behind the last row is cut off.
 layout(triangles) in;
-layout(triangle_strip, max_vertices = 48) out;
-uniform vec4 u_log_warp;   // as ShadowMap.log_warp
-uniform float u_map_size;
-in vec4 v_clip[];
+layout(triangle_strip, max_vertices = MOST_VERTICES) out;
+uniform vec4 u_log_warp;    // as ShadowMap.log_warp
+uniform int u_rows;         // row j of u_rows lies at t = 2 j / u_rows - 1
+uniform int u_first_slab;   // of the triangle's own slabs, this draw emits MOST_SLABS from here on
+uniform float u_straight;
+uniform float u_shift;      // how far before its curve a cut point lies, see emit_cut
 #if IDS
 flat in uint v_id[];
 flat out uint g_id;
 #endif
-flat out vec2 g_origin, g_side1, g_side2;   // the triangle in (X, w), where its edges are straight and its depth is affine
-flat out vec3 g_depth;                      // depth at the origin and its change along the sides
+// A plane's depth is affine in (X, w); divided by the divisor of s (w, or 1) it is affine along a row, and straight from row to row as the
+// edges are. Taken from the triangle's lowest corner, so that a level triangle stays level to the last bit.
+flat out float g_level;
+noperspective out vec2 g_rise;   // (depth - level) / divisor, divisor
 
-float s_of(float x, float w) { return u_log_warp.z == 0.0 ? x : x / w; }
+float level;
+
+float t_of_row(int j) { return float(j) * (2.0 / float(u_rows)) - 1.0; }
+float w_of_row(int j) { return exp2((t_of_row(j) - u_log_warp.y) / u_log_warp.x); }
 float t_of(float w) { return u_log_warp.x * log2(w) + u_log_warp.y; }
+bool is_bent(float from, float to) {
+    return from <= w_of_row(0) || to >= w_of_row(u_rows) || t_of(to) - t_of(from) > u_straight;
+}
+int row_below(float w) { return int(floor((t_of(w) + 1.0) * 0.5 * float(u_rows))); }
 
-float w_of(float t) { return exp2((t - u_log_warp.y) / u_log_warp.x); }
-
-const int MOST_SLABS = 12;
-const float SMALL_CELLS = 64.0;  // a box of so many cells is not worth cutting
-
-// Least and largest s of the triangle's part with w in [from, to]; empty: x > y.
-vec2 s_range(float from, float to) {
-    vec2 range = vec2(1e30, -1e30);
-    for (int i = 0; i < 3; ++i) {
-        vec2 a = v_clip[i].xw, b = v_clip[(i + 1) % 3].xw;
-        if (a.y >= from && a.y <= to) {
-            float s = s_of(a.x, a.y);
-            range = vec2(min(range.x, s), max(range.y, s));
-        }
-        for (int end = 0; end < 2; ++end) {
-            float w = end == 0 ? from : to;
-            if ((a.y < w) != (b.y < w)) {
-                float s = s_of(mix(a.x, b.x, (w - a.y) / (b.y - a.y)), w);
-                range = vec2(min(range.x, s), max(range.y, s));
-            }
-        }
-    }
-    return range;
+void emit(float s, float t, float rise, float divisor) {
+    gl_Position = vec4(s, t, 0.0, 1.0);
+    g_level = level;
+    g_rise = vec2(rise, divisor);
+#if IDS
+    g_id = v_id[0];
+#endif
+#if IDS == 2
+    gl_PrimitiveID = gl_PrimitiveIDIn;
+#endif
+    EmitVertex();
 }
 
-void emit_box(vec2 low, vec2 high) {
-    vec2 corners[4] = vec2[4](low, vec2(high.x, low.y), vec2(low.x, high.y), high);
-    for (int i = 0; i < 4; ++i) {
-        gl_Position = vec4(corners[i], 0.0, 1.0);
-        gl_PrimitiveID = gl_PrimitiveIDIn;
-        g_origin = v_clip[0].xw;
-        g_side1 = v_clip[1].xw - g_origin;
-        g_side2 = v_clip[2].xw - g_origin;
-        g_depth = vec3(v_clip[0].z, v_clip[1].z - v_clip[0].z, v_clip[2].z - v_clip[0].z);
-#if IDS
-        g_id = v_id[0];
-#endif
-        EmitVertex();
+void emit_corner(vec4 c) {
+    float divisor = u_log_warp.z == 0.0 ? 1.0 : c.w;
+    emit(c.x / divisor, t_of(c.w), (c.z - level) / divisor, divisor);
+}
+
+// The end of a row on the edge from a to b: where the row crosses it, a.w < w < b.w, or a itself if the edge is straight. Along it s and rise are constant + share * exp(-t or t), and chords lie beyond
+// such a curve; a cut point lies u_shift of the share before it, so that the chord misses the curve as much on either side.
+void emit_row_end(vec4 a, vec4 b, bool is_cut, float t, float w) {
+    if (!is_cut) {
+        emit_corner(a);
+        return;
     }
-    EndPrimitive();
+    vec4 side = b - a;
+    vec2 slope = side.xz / side.w, at = vec2(a.x, a.z - level) + slope * (w - a.w);
+    if (u_log_warp.z == 0.0) {
+        at -= u_shift * w * slope;
+        emit(at.x, t, at.y, 1.0);
+    } else {
+        at = (at - u_shift * (at - w * slope)) / w;
+        emit(at.x, t, at.y, (1.0 - u_shift) * w);
+    }
 }
 
 void main() {
-    vec2 side1 = v_clip[1].xw - v_clip[0].xw, side2 = v_clip[2].xw - v_clip[0].xw;
-    if (side1.x * side2.y == side1.y * side2.x) return;
-    // what lies before the map's first row is cut off there, so that w stays positive
-    vec3 w = vec3(v_clip[0].w, v_clip[1].w, v_clip[2].w);
-    float from = max(min(w.x, min(w.y, w.z)), w_of(-1.0) * 0.999), to = min(max(w.x, max(w.y, w.z)), w_of(1.0) * 1.001);
-    if (from > to) return;
-    float spare = 0.05 / u_map_size, bottom = t_of(from) - spare, top = t_of(to) + spare;
-    vec2 whole = s_range(from, to);
-    if (whole.x > 1.0 || whole.y < -1.0 || whole.x > whole.y) return;
-    whole = clamp(whole, -1.0, 1.0);
-    vec2 cells = 0.5 * u_map_size * vec2(whole.y - whole.x, top - bottom);
-    int slabs = cells.x * cells.y > SMALL_CELLS ? clamp(int(0.5 * min(cells.x, cells.y)), 1, MOST_SLABS) : 1;
-    for (int k = 0; k < slabs; ++k) {
-        vec2 rows = bottom + (top - bottom) * vec2(float(k), float(k + 1)) / float(slabs) + vec2(-spare, spare);
-        vec2 range = s_range(max(w_of(rows.x), from), min(w_of(rows.y), to));
-        if (range.x <= range.y) emit_box(clamp(vec2(range.x - spare, rows.x), -1.0, 1.0), clamp(vec2(range.y + spare, rows.y), -1.0, 1.0));
+    // corners by w: the long edge runs from low to high, the two short ones meet in middle
+    vec4 low = gl_in[0].gl_Position, middle = gl_in[1].gl_Position, high = gl_in[2].gl_Position, kept;
+    if (middle.w < low.w) { kept = low; low = middle; middle = kept; }
+    if (high.w < middle.w) { kept = middle; middle = high; high = kept; }
+    if (middle.w < low.w) { kept = low; low = middle; middle = kept; }
+    float w_first = w_of_row(0), w_last = w_of_row(u_rows);
+    if (high.w <= w_first || low.w >= w_last) return;
+
+    // the rows between the corners; rounding of the logarithm must not put one beyond a corner
+    if (!is_bent(low.w, high.w)) {
+        level = low.z;
+        emit_corner(low);
+        emit_corner(middle);
+        emit_corner(high);
+        EndPrimitive();
+        return;
     }
+    bool from_low = low.w > w_first, to_high = high.w < w_last;
+    int first = from_low ? row_below(low.w) + 1 : 0, last = to_high ? row_below(high.w) : u_rows;
+    if (from_low && w_of_row(first) <= low.w) ++first;
+    if (to_high && w_of_row(last) >= high.w) --last;
+    first += u_first_slab;
+    if (u_first_slab > 0) {
+        if (first >= last) return;
+        from_low = false;
+    }
+    if (last > first + MOST_SLABS) {
+        last = first + MOST_SLABS;
+        to_high = false;
+    }
+
+    level = low.z;
+    if (from_low) emit_corner(low);
+    bool is_above = !from_low && middle.w < w_of_row(first);   // then rows cut the upper short edge from the start
+    bool is_cut_low = is_bent(low.w, middle.w), is_cut_high = is_bent(middle.w, high.w);
+    for (int j = first; j <= last; ++j) {
+        float t = t_of_row(j), w = w_of_row(j);
+        if (!is_above && middle.w < w) {
+            emit_corner(middle);
+            is_above = true;
+        }
+        // short edge then long edge below the middle corner, long then short above it: so the strip never folds
+        emit_row_end(low, is_above ? high : middle, is_above || is_cut_low, t, w);
+        emit_row_end(is_above ? middle : low, high, !is_above || is_cut_high, t, w);
+    }
+    if (to_high) {
+        if (!is_above) emit_corner(middle);
+        emit_corner(high);
+    }
+    EndPrimitive();
 }
