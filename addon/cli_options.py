@@ -102,7 +102,7 @@ def _shown(default: object) -> str:
 
 SECTIONS = {
     "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence"),
-    "partition": ("partition", "partitions", "split_weight", "alpha"),
+    "partition": ("partition", "partitions", "cut", "split_weight", "alpha"),
     "map": ("map_size", "fit", "margin"),
     "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
     "filter": ("pcf", "filter_unit", "filter_width"),

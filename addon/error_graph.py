@@ -85,7 +85,8 @@ def error_graph(outcome: Outcome) -> ErrorGraph | None:
     is_logarithmic = not camera.is_orthographic and bool(z.min() > 0.0)
     near, far = _reach(float(z.min()), float(z.max()), is_logarithmic)
     edges = np.geomspace(near, far, BINS + 1) if is_logarithmic else np.linspace(near, far, BINS + 1)
-    splits = sorted({float(p.far) for p in plan.projections if not p.is_empty and near < p.far < far})
+    ends = {float(p.depth_range[1]) for p in plan.projections if not p.is_empty and not p.is_cut_along_light}
+    splits = sorted(end for end in ends if near < end < far)
     return ErrorGraph(near, far, is_logarithmic, _predictions(outcome, near, far), _measured(z, m, edges), tuple(splits))
 
 
@@ -102,7 +103,7 @@ def _predictions(outcome: Outcome, near: float, far: float) -> tuple[Prediction,
     found = []
     for index, projection in enumerate(plan.projections):
         theory: WarpedMap | None = warped_map(job, plan, projection)
-        low, high = max(near, projection.near), min(far, projection.far)
+        low, high = max(near, projection.depth_range[0]), min(far, projection.depth_range[1])
         if theory is None or projection.face >= 0 or low >= high:
             continue
         z = np.geomspace(low, high, POINTS)

@@ -81,7 +81,7 @@ def map_legend(plan: ShadowPlan, scale: float) -> Legend:
         colors[k * line + 1 : (k + 1) * line - 1] = _linear(id_colors(np.array([i])))[0]
         face = f", side {p.face + 1}" if p.face >= 0 else ""
         y = height - pad - (k + 2) * line + 0.25 * line
-        words.append(Word(f"Map {i + 1}:  {p.near:.3g} … {p.far:.3g} m{face}", 2 * pad + line, y))
+        words.append(Word(f"Map {i + 1}:  {p.depth_range[0]:.3g} … {p.depth_range[1]:.3g} m{face}", 2 * pad + line, y))
     rest = f"and {len(used) - len(shown)} more" if len(used) > len(shown) else ""
     words.append(Word(rest or "Grey: served by none", pad, pad + 0.1 * line))
     top = height - pad - line

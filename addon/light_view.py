@@ -17,7 +17,7 @@ from .maths.lookup import partition_index
 from .maths.projection import ShadowPlan
 from .maths.spaces import look_at, orthographic, perspective, transform
 from .maths.view import Camera
-from .overlay_geometry import frustum_sides, map_color, map_volumes, section
+from .overlay_geometry import frustum_sides, map_color, map_volumes, part_edges, section
 
 BACKGROUND, FRUSTUM_INK = (46, 46, 50), (250, 250, 250)
 MARGIN = 1.06
@@ -101,8 +101,8 @@ def _draw_outlines(image: np.ndarray, job: Job, plan: ShadowPlan, eye: Camera) -
     for index, segments in map_volumes(plan):
         _draw(image, segments, eye, tuple(round(255 * c) for c in map_color(index)))
     for p in plan.projections:
-        if not p.is_empty and near < p.far < far:
-            _draw(image, section(job.camera, p.far), eye, FRUSTUM_INK)
+        if not p.is_empty:
+            _draw(image, part_edges(job.camera, p, max(p.near, near), min(p.far, far)), eye, FRUSTUM_INK)
     for segments in (section(job.camera, near), section(job.camera, far), frustum_sides(job.camera, near, far)):
         _draw(image, segments, eye, FRUSTUM_INK)
 

@@ -25,6 +25,10 @@ PARTITION_WORDS = (
     ("Faces", "One map per side of the view frustum (T4 §4.3.1)"),
     ("Faces × depth", "One map per side of the view frustum and slice of depth"),
 )
+CUT_WORDS = (
+    ("Along the light", "Slices end along the light's rays, so that no two maps cover the same ground: the sharper way. For a sun"),
+    ("Across the view", "Slices end at view depths, as in the texts (T4 §4.3.2): maps overlap unless the light falls across the view"),
+)
 FIT_WORDS = (
     ("View frustum", "Texels are spread over all that the camera could see"),
     ("Scene", "Texels are spread over the part of the view that holds the scene"),

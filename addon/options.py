@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import fields
 
 from .errors import SettingsError
-from .maths.choices import CONVERGENCES, FITS, LOG_WARPS, PARTITIONS, WARPS
+from .maths.choices import CONVERGENCES, CUTS, FITS, LOG_WARPS, PARTITIONS, WARPS
 from .option import Option, choice
 from .option_impostors import IMPOSTOR_APPLIES, IMPOSTOR_OPTIONS
 from .option_words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
+    CUT_WORDS,
     DISPLAY_WORDS,
     FILTER_UNIT_WORDS,
     FIT_WORDS,
@@ -80,6 +81,7 @@ OPTIONS: tuple[Option, ...] = (
         low=1,
         high=8,
     ),
+    choice("cut", "partition", "cut", "Cut", "Which way the borders between slices stand", CUTS, CUT_WORDS),
     Option(
         "split_weight",
         (("partition", "split_weight"),),
@@ -333,6 +335,7 @@ _APPLIES = {
     "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
     "convergence": lambda v: v.warp in _FADING,
     "partitions": lambda v: v.partition not in ("none", "faces"),
+    "cut": lambda v: v.partition not in ("none", "faces") and v.partitions > 1,
     "split_weight": lambda v: v.partition == "z-pssm",
     "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
     "depths": lambda v: v.test != "triangle",

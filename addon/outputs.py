@@ -88,7 +88,7 @@ def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarra
     arrays["light_direction"] = np.full(3, np.nan) if direction is None else direction
     projections = frame.plan.projections if frame.plan else ()
     arrays["shadow_clip_from_world"] = np.array([p.clip_from_world @ local_from_world for p in projections]).reshape(-1, 4, 4)
-    arrays["partition_bounds"] = np.array([(p.near, p.far) for p in projections]).reshape(-1, 2)
+    arrays["partition_bounds"] = np.array([p.depth_range for p in projections]).reshape(-1, 2)
     return arrays
 
 

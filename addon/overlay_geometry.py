@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from .images.passes import id_colors
-from .maths.frusta import frustum_corners
+from .maths.frusta import frustum_corners, hexahedron
 from .maths.lookup import unproject
 from .maths.projection import ShadowPlan, ShadowProjection
 from .maths.view import Camera
@@ -34,13 +34,22 @@ def frustum_sides(camera: Camera, near: float, far: float) -> np.ndarray:
 
 
 def split_sections(camera: Camera, plan: ShadowPlan) -> list[tuple[int, np.ndarray]]:
-    """(map index, (8, 2, 3) segments) per map: the far end of its slab of the view, and the frustum's edges through it."""
+    """(map index, (S, 2, 3) segments) per map: the edges of the part of the view frustum whose receivers it serves."""
     found = []
     for i, p in enumerate(plan.projections):
         near, far = max(p.near, camera.near), min(p.far, camera.far)
         if near < far and not p.is_empty:
-            found.append((i, np.concatenate([section(camera, far), frustum_sides(camera, near, far)])))
+            found.append((i, part_edges(camera, p, near, far)))
     return found
+
+
+def part_edges(camera: Camera, projection: ShadowProjection, near: float, far: float) -> np.ndarray:
+    """(S, 2, 3) segments: the edges of what a map's planes leave of the view frustum between two view depths."""
+    planes = projection.region_planes_ws.copy()
+    planes[:, 3] += planes[:, :3] @ camera.eye_ws
+    body = hexahedron(frustum_corners(camera, near, far)).clipped(planes)
+    edges = {tuple(sorted(pair)) for face in body.faces for pair in zip(face, (*face[1:], face[0]), strict=True)}
+    return np.array(sorted(edges)).reshape(-1, 2, 3) + camera.eye_ws
 
 
 def map_volume(projection: ShadowProjection) -> np.ndarray:

@@ -118,13 +118,12 @@ def partitions_of(job: Job, plan: ShadowPlan) -> list[dict[str, object]]:
 
 
 def warped_map(job: Job, plan: ShadowPlan, projection: ShadowProjection) -> WarpedMap | None:
-    """A fitted map as the theory sees it: its slab of the view and its n'. None for orthographic views and empty maps."""
+    """A fitted map as the theory sees it: the view depths it serves and its n'. None for orthographic views and empty maps."""
     half_fov, log = job.camera.half_fov_rad, projection.log
-    if half_fov <= 0.0 or projection.is_empty or not 0.0 < projection.near < projection.far:
+    if half_fov <= 0.0 or projection.is_empty or not 0.0 < projection.depth_range[0] < projection.depth_range[1]:
         return None
     return WarpedMap(
-        projection.near,
-        projection.far,
+        *projection.depth_range,
         half_fov,
         plan.gamma_rad,
         projection.warp_parameter,
@@ -134,7 +133,7 @@ def warped_map(job: Job, plan: ShadowPlan, projection: ShadowProjection) -> Warp
 
 
 def _partition(index: int, job: Job, plan: ShadowPlan, projection: ShadowProjection) -> dict[str, object]:
-    row, warped = unknown_row(index, projection.near, projection.far), warped_map(job, plan, projection)
+    row, warped = unknown_row(index, *projection.depth_range), warped_map(job, plan, projection)
     if warped is not None:
         row = map_row(index, warped, projection.face >= 0, Resolution(job.settings.fit.size, job.size))
     fitted = {"warp_parameter": known(projection.warp_parameter), "eta": known(projection.eta)}

@@ -11,34 +11,41 @@ TEXELS = 2048**2
 ELEVATIONS = tuple(2.0 + 88.0 * i / 19.0 for i in range(20))
 
 
-def settings(warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, **test: object) -> Settings:
+def settings(warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, cut: str = "light",
+             **test: object) -> Settings:
     """One method at a number of texels in all its maps together. `faces` has up to four maps, `faces-z` four times as many as slices."""
     maps = {"none": 1, "faces": 4, "faces-z": 4 * count}.get(partition, count)
-    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition, "count": max(count, 1)},
+    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition, "count": max(count, 1), "cut": cut},
                                fit={"kind": fit, "size": isqrt(texels // maps)}, test=test)
 
 
 FIRST_LIGHT_WARP = {warp: settings(warp, fit="scene") for warp in ("uniform", "lispsm", "lispsm-general")}
 FIRST_LIGHT_FIT = {fit: settings("lispsm-general", fit=fit) for fit in ("scene", "samples")}
 
-PARTITIONED = (("z-log", 4), ("z-linear", 4), ("z-pssm", 4), ("z-pseudo-near", 4), ("z-adaptive", 4), ("faces", 1), ("faces-z", 2))
+PARTITIONED = {
+    "uniform": (("z-log", 4), ("z-adaptive", 4)),
+    "lispsm-general": (("z-log", 4), ("z-linear", 4), ("z-pssm", 4), ("z-pseudo-near", 4), ("z-adaptive", 4), ("faces", 1), ("faces-z", 2)),
+}
 METHODS = {
     **{f"{warp}, one map, {fit}": settings(warp, fit=fit) for fit in ("scene", "samples") for warp in WARPS},
     **{f"{warp}, {kind} {count}, {fit}": settings(warp, kind, count, fit)
-       for fit in ("scene", "samples") for warp in ("uniform", "lispsm-general") for kind, count in PARTITIONED},
+       for fit in ("scene", "samples") for warp, divided in PARTITIONED.items() for kind, count in divided},
+    **{f"{warp}, z-adaptive 4 across the view, {fit}": settings(warp, "z-adaptive", 4, fit, cut="view")
+       for fit in ("scene", "samples") for warp in PARTITIONED},
     "frustum fit: uniform, one map": settings("uniform", fit="frustum"),
     "frustum fit: lispsm-general, one map": settings("lispsm-general", fit="frustum"),
 }
 
-BIAS_VALUES = {"constant": (0.001, 0.003, 0.01, 0.03, 0.1), "slope-scaled": (0.5, 1.0, 1.5, 2.5, 4.0),
+BIAS_VALUES = {"constant": (0.0003, 0.001, 0.003, 0.01, 0.03), "slope-scaled": (0.5, 1.0, 1.5, 2.5, 4.0),
                "normal-offset": (0.5, 1.0, 1.5, 2.5), "receiver-plane": (0.0, 0.25, 0.5, 1.0)}
+BIAS_WARPS, BIAS_SIZES, COMPARED_SIZE = ("uniform", "lispsm-general", "logpsm"), (512, 1024, 2048, 4096), 1024
 BIAS_METHODS = {
     f"{name}, {warp}, {size}²": settings(warp, texels=size * size, **test)
-    for warp in ("uniform", "lispsm-general", "logpsm") for size in (512, 1024, 2048, 4096)
+    for warp in BIAS_WARPS for size in BIAS_SIZES
     for name, test in (("automatic", {"bias_strategy": "automatic"}),
                        *((f"{strategy} {value}", {"bias_strategy": strategy, "bias": value})
                          for strategy, values in BIAS_VALUES.items() for value in values))
-    if name == "automatic" or size in (1024, 2048)
+    if name == "automatic" or size == COMPARED_SIZE
 }
 
 EXACT_METHODS = {

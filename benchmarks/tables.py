@@ -63,7 +63,8 @@ def methods(rows: list[Row]) -> str:
     """Methods × models at equal texels, and the same by class of view."""
     models = list(dict.fromkeys(row.model for row in rows))
     names = list(dict.fromkeys(row.method for row in rows))
-    wide = [(name, *(mean(where(rows, method=name, model=m), "misclassified_pct") for m in models)) for name in names]
+    wide = [(name, *(mean(mine, "misclassified_pct") if (mine := where(rows, method=name, model=m)) else None for m in models))
+            for name in names]
     classes = {"at": [r for r in rows if r.depth_ratio < 15.0], "along": [r for r in rows if r.depth_ratio >= 20.0]}
     lines = []
     for name in names:

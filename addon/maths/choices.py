@@ -9,6 +9,7 @@ from ..errors import SettingsError
 
 WARPS = ("uniform", "psm", "lispsm", "lispsm-general", "lloyd", "tsm", "log", "logpsm")
 PARTITIONS = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive", "faces", "faces-z")
+CUTS = ("light", "view")
 FITS = ("frustum", "scene", "samples")
 CONVERGENCES = ("quadratic", "sine")
 LOG_WARPS = ("log", "logpsm")
@@ -61,6 +62,8 @@ class PartitionChoice:
     `count` is the number of z partitions; `split_weight` λ of PSSM (1 = logarithmic, 0 = linear; LogPSM 5.60);
     `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4;
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
+    `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun only) along the light's rays, so that the maps do
+    not overlap as the light sees them (`slices.py`).
     """
 
     kind: str = "z-adaptive"
@@ -68,9 +71,11 @@ class PartitionChoice:
     split_weight: float = 0.5
     alpha: tuple[float, ...] = (3.0,)
     pseudo_near: float | None = None
+    cut: str = "light"
 
     def __post_init__(self) -> None:
         require_choice("Partition", self.kind, PARTITIONS)
+        require_choice("Cut", self.cut, CUTS)
         require(1 <= self.count <= 8, "The number of z partitions must lie between 1 and 8.")
         require(0.0 <= self.split_weight <= 1.0, "The split weight must lie between 0 (linear) and 1 (logarithmic).")
         require(len(self.alpha) >= 1 and all(1.0 < a < inf for a in self.alpha), "Every α must be greater than 1 (usually 2 to 4).")

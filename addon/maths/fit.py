@@ -1,7 +1,8 @@
 """From camera, light and choices to the matrices of the shadow maps: a `ShadowPlan`. Pure numpy; the order is the texts'.
 
 1. Light space (`light_space.py`), γ. 2. Near and far of what is to be divided: the camera's ('frustum'), those of view ∩ scene ('scene'),
-or those of the receivers really visible ('samples'). 3. Splits (`partitions.py`). 4. Per partition n' (`warps.py`), the apex placed before
+or those of the receivers really visible ('samples'). 3. Splits (`partitions.py`), and the planes they stand for
+(`slices.py`). 4. Per partition n' (`warps.py`), the apex placed before
 the partition's slab of the view frustum as T4 §4.2.2 has it, then the crop (`crop.py`): xy from receivers, depth from casters.
 """
 
@@ -16,10 +17,11 @@ import numpy as np
 from .choices import FitChoice, PartitionChoice, WarpChoice
 from .crop import Casters, Receivers, Warp, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
-from .frusta import Body, box_corners, box_planes, depth_planes, frustum_corners, hexahedron
+from .frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
+from .slices import Slices, across_view, along_light
 from .spaces import translation
 from .strength import Range, steady_strength
 from .view import Camera, Light
@@ -77,7 +79,8 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
     choice = partition if light.kind != "point" else PartitionChoice(kind="none")
     first = spaces[0][1]
     splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
-    projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face))
+    along = choice.cut == "light" and light.kind == "sun" and len(splits) > 2
+    projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
     return ShadowPlan(projections, first.gamma_rad, gamma_lim, _light_from_world(first, camera), _warnings(camera, light, warp, partition))
@@ -139,25 +142,31 @@ def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: Partiti
     return tuple(out)
 
 
-def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int) -> Iterator[ShadowProjection]:
-    """One projection per slab between the splits."""
+def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool) -> Iterator[ShadowProjection]:
+    """One projection per partition, parted at the splits or, `along` the light's rays, by what the splits are worth there."""
     rows, depths = _light_rows(sight, space)
     casters = _casters(sight.boxes, space)
-    count = len(splits) - 1
-    for i in range(count):
-        near, far = float(splits[i]), float(splits[i + 1])
-        receivers, fitted = _contents(sight, space, rows, depths, near, far, i + 1 == count)
-        projection = _one_map(sight, space, receivers, casters, fitted)
-        slack = 1e-5 * (splits[-1] - splits[0])
-        yield ShadowProjection(**projection, near=near - slack * (i == 0), far=far + slack * (i + 1 == count), face=face,
-                               region_planes_ws=_region(space, sight.camera))
+    slices = _slices(sight, space, splits, rows, depths) if along else across_view(splits, sight.camera.direction_ws)
+    heights = None if rows is None else slices.heights(depths, rows[2])
+    for i in range(slices.count):
+        near, far = slices.depths(i)
+        receivers, fitted = _contents(sight, space, rows, depths, heights, slices, i)
+        projection = _one_map(sight, space, receivers, casters, fitted, slices.region(i))
+        yield ShadowProjection(**projection, near=near, far=far, face=face, is_cut_along_light=slices.along,
+                               region_planes_ws=_region(space, sight.camera, slices.region(i)))
 
 
-def _region(space: LightSpace, camera: Camera) -> np.ndarray:
+def _slices(sight: Sight, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray | None) -> Slices:
+    """The partitions of a sun's space along its rays."""
+    contents = _cut(sight.body, space) if rows is None else (depths, rows[2])
+    near, far, phi = float(splits[0]), float(splits[-1]), sight.camera.half_fov_rad
+    return along_light(splits, sight.camera.direction_ws, space, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf,
+                       _side_angle(sight.camera, space), contents)
+
+
+def _region(space: LightSpace, camera: Camera, cuts: np.ndarray) -> np.ndarray:
     """The planes that select this map, moved from the eye to the world (a spot has none: the shader knows the cone)."""
-    if space.select is None:
-        return np.empty((0, 4))
-    planes = space.select.copy()
+    planes = cuts.copy() if space.select is None else np.concatenate([space.select, cuts])
     planes[:, 3] -= planes[:, :3] @ camera.eye_ws
     return planes
 
@@ -194,20 +203,19 @@ def _casters(boxes: np.ndarray, space: LightSpace) -> Casters:
     return Casters(0.5 * (lower + upper), 0.5 * (upper - lower))
 
 
-def _contents(sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, near: float, far: float,
-              last: bool) -> tuple[Receivers | None, tuple[float, float]]:
-    """The slab's receivers in light space (None where there are none), and their own view-depth range."""
-    view = sight.camera.direction_ws
+def _contents(sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, heights: np.ndarray | None,
+              slices: Slices, i: int) -> tuple[Receivers | None, tuple[float, float]]:
+    """Partition i's receivers in light space (None where there are none), and their own view-depth range."""
+    empty = float(slices.splits[0 if slices.along else i]), float(slices.splits[-1 if slices.along else i + 1])
     if rows is None:
-        body = sight.body.clipped(depth_planes(view, near, far))
-        inside = _cut(body, space).vertices
+        inside = _cut(sight.body.clipped(slices.planes(i)), space).vertices
         if not len(inside):
-            return None, sight.padded_range(near, far)
-        heights = inside @ view
-        return Receivers(space.points(inside).T), sight.padded_range(float(heights.min()), float(heights.max()))
-    chosen = np.flatnonzero((depths >= np.float32(near)) & ((depths <= np.float32(far)) if last else (depths < np.float32(far))))
+            return None, sight.padded_range(*empty)
+        own = inside @ sight.camera.direction_ws
+        return Receivers(space.points(inside).T), sight.padded_range(float(own.min()), float(own.max()))
+    chosen = np.flatnonzero(slices.holds(i, heights))
     if not len(chosen):
-        return None, sight.padded_range(near, far)
+        return None, sight.padded_range(*empty)
     own, kept = depths[chosen], rows.take(chosen, axis=1)
     radius = np.full(len(own), sight.pixel, np.float32) if sight.camera.is_orthographic else own * np.float32(sight.pixel)
     if space.position is not None:
@@ -221,10 +229,10 @@ def _cut(body: Body, space: LightSpace) -> Body:
 
 
 def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters,
-             fitted: tuple[float, float]) -> dict[str, object]:
+             fitted: tuple[float, float], cuts: np.ndarray) -> dict[str, object]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths, crop to the receivers."""
     near, far = fitted
-    hull = _hull(sight, space, near, far)
+    hull = _hull(sight, space, near, far, cuts)
     lit = receivers if receivers is not None else Receivers(hull.T)
     z = np.concatenate([hull[:, 2], [lit.rows[2].min(), lit.rows[2].max()]]) if space.position is not None else hull[:, 2]
     start, depth = float(z.min()), max(float(np.ptp(z)), 1e-9)
@@ -246,10 +254,10 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
             "is_empty": receivers is None, "fitted_range": (near, far)}
 
 
-def _hull(sight: Sight, space: LightSpace, near: float, far: float) -> np.ndarray:
-    """(V, 3) light space: the slab of the view frustum that the map is responsible for; where there is none, a harmless body."""
+def _hull(sight: Sight, space: LightSpace, near: float, far: float, cuts: np.ndarray) -> np.ndarray:
+    """(V, 3) light space: the part of the view frustum that the map is responsible for; where there is none, a harmless body."""
     slab = hexahedron(frustum_corners(sight.camera, near, far))
-    own = _cut(slab, space).vertices
+    own = _cut(slab.clipped(cuts), space).vertices
     if len(own):
         return space.points(own)
     return space.points(slab.vertices if space.position is None else _reach_of(space))

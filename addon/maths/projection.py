@@ -34,8 +34,8 @@ class ShadowProjection:
     w is 1 on the near plane of P and f'/n' on its far plane (sun; a finite light multiplies it by the distance along its axis).
     With `log` set, s, t and depth are what `LogWarp` says.
     `near`, `far`: view-depth bounds [near, far) of the receivers served; `fitted_range` (≤ them) the view depths the warp was made for.
-    `region_planes_ws` (P, 4): P ≤ 4 planes (a, b, c, d) with a·x + b·y + c·z + d ≥ 0 inside, that contain the light's direction or
-    position (faces of the view frustum, of a point light's cube; empty for z partitions).
+    `region_planes_ws` (P, 4): P ≤ 4 planes (a, b, c, d) with a·x + b·y + c·z + d ≥ 0 inside, that bound the receivers served too: faces
+    of the view frustum, of a point light's cube, cuts along the light's rays (`is_cut_along_light`: `near`, `far` are the whole view's).
     `warp_parameter` n' in metres (inf = uniform), `eta` its η (T4 (32)), `face` the index of the frustum's face or −1.
     `light_depth_range` (2,) metres: the light depths that map to NDC depth −1 and +1 at the map's centre.
     """
@@ -51,6 +51,12 @@ class ShadowProjection:
     light_depth_range: tuple[float, float] = (0.0, 0.0)
     is_empty: bool = False
     fitted_range: tuple[float, float] = (0.0, 0.0)
+    is_cut_along_light: bool = False
+
+    @property
+    def depth_range(self) -> tuple[float, float]:
+        """View depths of what it serves: its bounds, or what it was fitted to where planes along the light part the view."""
+        return self.fitted_range if self.is_cut_along_light else (self.near, self.far)
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,9 +94,9 @@ def test_only_what_applies_is_shown(drawn, blend):
     assert drawn("partition") == {"partition"}
     assert not drawn("warp_expert") & {"eta", "warp_parameter", "convergence"}
     props.partition = "z-adaptive"
-    assert drawn("partition") == {"partition", "partitions", "alpha"}
+    assert drawn("partition") == {"partition", "partitions", "cut", "alpha"}
     props.partition = "z-pssm"
-    assert drawn("partition") == {"partition", "partitions", "split_weight"}
+    assert drawn("partition") == {"partition", "partitions", "cut", "split_weight"}
     props.test, props.bias_strategy = "depth", "automatic"
     assert "bias" not in drawn("map_expert")
     props.bias_strategy = "constant"

@@ -41,7 +41,7 @@ def test_every_choice_is_the_command_lines_and_explains_itself(props, modules):
 
 CHANGES = {
     "warp": "psm", "eta": 0.25, "warp_parameter": 12.5, "pseudo_near": 3.5, "convergence": "sine",
-    "partition": "z-pssm", "partitions": 6, "split_weight": 0.7, "alpha": (2.0, 2.5, 4.0),
+    "partition": "z-pssm", "partitions": 6, "cut": "view", "split_weight": 0.7, "alpha": (2.0, 2.5, 4.0),
     "map_size": 2048, "fit": "scene", "margin": 2.5,
     "test": "id-depth", "depths": 4, "pcf": "9", "filter_unit": "pixel", "filter_width": 2.5, "bias_strategy": "slope-scaled",
     "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True,

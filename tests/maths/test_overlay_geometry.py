@@ -11,9 +11,9 @@ BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 6.0]])
 CAMERA = camera_at((3.0, -30.0, 12.0), (0.0, 5.0, 0.0))
 
 
-def plan(warp="lispsm-general", partition="z-adaptive", gamma=60.0):
+def plan(warp="lispsm-general", partition="z-adaptive", gamma=60.0, **more):
     points = receivers_on(CAMERA, BOUNDS)
-    return plan_of(CAMERA, sun_at(CAMERA, gamma), points, BOUNDS, warp, partition)
+    return plan_of(CAMERA, sun_at(CAMERA, gamma), points, BOUNDS, warp, partition, **more)
 
 
 @pytest.mark.parametrize("depth", [0.5, 7.0, 199.0])
@@ -47,7 +47,7 @@ def test_a_volumes_corners_are_the_maps_own(warp):
 
 
 def test_each_used_map_has_its_own_split_and_empty_ones_none():
-    made = plan()
+    made = plan(cut="view")
     used = [i for i, p in enumerate(made.projections) if not p.is_empty]
     found = split_sections(CAMERA, made)
     assert [i for i, _ in found] == used
@@ -55,6 +55,18 @@ def test_each_used_map_has_its_own_split_and_empty_ones_none():
         depth = -spaces.transform(CAMERA.view_from_world, segments)[..., 2]
         assert depth.max() == pytest.approx(made.projections[index].far, rel=1e-4)
         assert depth.min() == pytest.approx(made.projections[index].near, rel=1e-4)
+
+
+def test_parts_along_the_light_share_their_borders_and_leave_none_of_the_view_out():
+    made = plan(cut="light")
+    for index, segments in split_sections(CAMERA, made):
+        ends = segments.reshape(-1, 3)
+        for plane in made.projections[index].region_planes_ws:
+            heights = ends @ plane[:3] + plane[3]
+            assert heights.min() == pytest.approx(0.0, abs=1e-6) and heights.max() > 0.1
+    corners = np.concatenate([segments.reshape(-1, 3) for _, segments in split_sections(CAMERA, made)])
+    ndc = spaces.divide(spaces.transform(CAMERA.clip_from_world, corners))
+    assert np.allclose([ndc[:, :2].min(axis=0), ndc[:, :2].max(axis=0)], [[-1, -1], [1, 1]])
 
 
 def test_maps_have_colours_of_their_own():
