@@ -42,7 +42,7 @@ def test_an_edge_without_length_leads_nowhere():
 
 
 def test_a_shadow_of_slivers_thinner_than_a_cell_is_as_sharp_as_one_of_wide_faces(renderer):
-    """A mast of 96 faces that are a tenth of a texel wide: few win a cell, the walk finds the others. (Without it: no better than depth.)"""
+    """A mast of 96 faces a tenth of a texel wide: few win a cell, the walk finds the others. (Without it: no better than depth.)"""
     mast = scenes.rod((0.0, 0.3, -0.1), (0.0, 0.3, 9.0), 0.25, 96)
     scene = scenes.scene_of(scenes.floor(8.0), mast)
     camera = scenes.look_at((1.5, -7.0, 5.0), (1.5, 1.0, 0.0), near=0.3, far=60.0)
