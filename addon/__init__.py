@@ -21,6 +21,7 @@ def _parts() -> tuple[ModuleType, ...]:
         operators,
         overlays,
         panels,
+        preferences,
         presets,
         properties,
         session,
@@ -28,7 +29,7 @@ def _parts() -> tuple[ModuleType, ...]:
         viewport,
     )
 
-    settings, drawn = (sun_properties, properties, impostor_marks, session), (overlays, hud, impostor_overlay)
+    settings, drawn = (preferences, sun_properties, properties, impostor_marks, session), (overlays, hud, impostor_overlay)
     return *settings, engine, viewport, operators, presets, *drawn, panels, command
 
 

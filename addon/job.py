@@ -19,6 +19,7 @@ import numpy as np
 from .errors import Cancelled, GpuError, SceneError
 from .maths.view import Camera, Light
 from .pipeline.frame import Frame
+from .pipeline.machine import chosen
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .report import report_of
@@ -94,6 +95,9 @@ def _pipeline() -> tuple[type, Callable]:
     """The renderer's request type and the shared renderer. Loaded with the first picture, so that enabling the add-on stays quick."""
     try:
         from .pipeline.renderer import Request, shared_renderer
+
+        if chosen().is_separate:
+            from .pipeline.remote import shared_remote as shared_renderer
     except ImportError as error:
         raise GpuError(f"A library is missing ({error}): install the extension from its zip, which brings all of them.") from error
     return Request, shared_renderer
@@ -126,7 +130,7 @@ def on_worker(work: Callable[[], T]) -> Future[T]:
     _pipeline()
     from .pipeline.context import shared_worker
 
-    return shared_worker().submit(lambda _context: work())
+    return shared_worker().submit_plain(work)
 
 
 class Pending:
@@ -179,7 +183,8 @@ def run(job: Job, progress: Progress | None = None, cancelled: Cancels | None = 
 
 
 def stop_worker() -> None:
-    """Stop the GL thread and free all its objects, if anything was ever rendered. A later job starts a new one."""
-    context = sys.modules.get(f"{__package__}.pipeline.context")
-    if context is not None:
-        context.shutdown()
+    """Stop the GL thread (and the rendering process) and free all GL objects, if anything was ever rendered. A later job starts anew."""
+    for name in ("context", "remote"):
+        module = sys.modules.get(f"{__package__}.pipeline.{name}")
+        if module is not None:
+            module.shutdown()

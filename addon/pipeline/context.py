@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import os
 import queue
 import sys
 import threading
@@ -20,6 +21,7 @@ from typing import TypeVar
 import moderngl
 
 from ..errors import Cancelled, GpuError
+from .machine import chosen
 
 T = TypeVar("T")
 THREAD_NAME = "cad-shadow-gl"
@@ -39,6 +41,8 @@ def create_context(backend: str = "auto") -> moderngl.Context:
         choices = ["egl", None] if sys.platform.startswith("linux") else [None]
     else:
         choices = [None if backend == "native" else backend]
+    if chosen().threads:
+        os.environ["LP_NUM_THREADS"] = str(chosen().threads)  # Mesa's software driver reads it when a context is made
     failures = []
     for choice in choices:
         try:
@@ -61,7 +65,7 @@ class GpuWorker:
 
     def __init__(self, backend: str = "auto") -> None:
         self._backend = backend
-        self._jobs: queue.SimpleQueue[tuple[Future, Callable] | None] = queue.SimpleQueue()
+        self._jobs: queue.SimpleQueue[tuple[Future, Callable, bool] | None] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
         self._at_close: list[Callable[[], None]] = []
@@ -73,12 +77,19 @@ class GpuWorker:
 
     def submit(self, job: Callable[[moderngl.Context], T]) -> Future[T]:
         """Queue `job(context)`; its result or error comes through the future. A future cancelled before its turn is never run."""
+        return self._queue(job, True)
+
+    def submit_plain(self, job: Callable[[], T]) -> Future[T]:
+        """Queue work that needs no OpenGL, as `submit` does; no context is made for it."""
+        return self._queue(lambda _context: job(), False)
+
+    def _queue(self, job: Callable[[moderngl.Context | None], T], needs_context: bool) -> Future[T]:
         future: Future[T] = Future()
         with self._lock:
             if not self.is_running:
                 self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=True)
                 self._thread.start()
-            self._jobs.put((future, job))
+            self._jobs.put((future, job, needs_context))
         return future
 
     def call(self, job: Callable[[moderngl.Context], T], cancelled: Callable[[], bool] | None = None) -> T:
@@ -112,11 +123,12 @@ class GpuWorker:
     def _run(self) -> None:
         context: moderngl.Context | None = None
         while (item := self._jobs.get()) is not None:
-            future, job = item
+            future, job, needs_context = item
             if not future.set_running_or_notify_cancel():
                 continue
             try:
-                context = context or create_context(self._backend)
+                if needs_context and context is None:
+                    context = create_context(self._backend)
                 future.set_result(job(context))
             except BaseException as error:  # handed to the caller, who raises it
                 future.set_exception(error)
@@ -159,7 +171,7 @@ def shared_worker() -> GpuWorker:
     global _worker
     with _worker_lock:
         if _worker is None:
-            _worker = GpuWorker()
+            _worker = GpuWorker(chosen().backend)
             atexit.register(shutdown)
         return _worker
 

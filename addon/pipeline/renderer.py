@@ -26,6 +26,7 @@ from .frame import Frame
 from .gbuffer_pass import draw_gbuffer, surface_points_ws
 from .gl_raw import finish
 from .impostor_life import ImpostorChoice, ImpostorFrame, library_of
+from .machine import check_picture
 from .readback import frame_passes, read_texture
 from .scene import Scene
 from .settings import Settings
@@ -123,6 +124,7 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     """Make one frame on the worker thread."""
     clock = _Clock(device.context, ticket)
     _check_size(device.context, request.size)
+    check_picture(request.size, _wants_data(request))
     scene_bounds = request.scene.bounds_ws()
     ticket.enter(0.05, "upload")
     draw_list = device.store.sync(request.scene)
@@ -181,11 +183,15 @@ def _shadow_maps(device: Device, request: Request, plan: ShadowPlan) -> ShadowMa
     return device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test)
 
 
+def _wants_data(request: Request) -> bool:
+    return request.measure or any(name in DATA_PASSES for name in request.passes)
+
+
 def _shade(
     device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
 ) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
     """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
-    wants_data = request.measure or any(name in DATA_PASSES for name in request.passes)
+    wants_data = _wants_data(request)
     samples = request.settings.shading.samples if "combined" in request.passes else 1
     target = device.shade_target(request.size, wants_data)
     if wants_data or samples == 1:

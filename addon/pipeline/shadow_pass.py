@@ -11,6 +11,7 @@ from .clusters import frustum_planes
 from .draw_list import DrawList
 from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer
 from .log_pass import draw_log_map, log_warp_vector
+from .machine import check_maps
 from .nsm_pass import NsmCells
 from .programs import Programs, matrix_bytes, set_uniforms
 from .settings import TestChoice
@@ -31,6 +32,7 @@ class ShadowMaps:
             )
         if layers > MAX_MAPS:
             raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
+        check_maps(size, layers, ids_kind(test), test.depths)
         self.size, self.layers = size, layers
         self.depth = DepthArray(context, size, layers)
         self.ids_kind = ids_kind(test)

@@ -20,7 +20,7 @@ import numpy as np
 
 OUT = Path(os.environ["OUT"])
 STEPS: list[Callable[[], Generator]] = []
-HANG_S = 120
+HANG_S = float(os.environ.get("HANG_S", 120))
 
 
 def step(function: Callable[[], Generator]) -> Callable[[], Generator]:

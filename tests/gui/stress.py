@@ -23,7 +23,7 @@ ENGINE = "CAD_SHADOW_PREVIEW"
 KINDS = ("Texture", "Buffer", "Framebuffer", "Program", "Shader", "VertexArray", "Renderbuffer")
 MOST_GL_NAMES = 4000
 PREVIEWS, REGISTRATIONS, FILES, UNDOS = 200, 100, 50, 50
-FRAMES = 120
+FRAMES = 40
 
 
 def addon(name: str):
@@ -171,7 +171,8 @@ class Ticks:
     def __init__(self) -> None:
         self.gaps: list[float] = []
         self._last = time.perf_counter()
-        bpy.app.timers.register(self._tick, first_interval=0.01)
+        self._registered = self._tick  # a bound method is a new object each time
+        bpy.app.timers.register(self._registered, first_interval=0.01)
 
     def _tick(self) -> float:
         now = time.perf_counter()
@@ -181,7 +182,7 @@ class Ticks:
 
     def stop(self) -> dict[str, float]:
         """End it; the spread of the times."""
-        bpy.app.timers.unregister(self._tick)
+        bpy.app.timers.unregister(self._registered)
         return spread(self.gaps)
 
 
@@ -199,7 +200,7 @@ def orbit() -> Generator:
 def drag(name: str) -> Generator:
     """Move an object step by step; the times between events are the return value."""
     ticks = Ticks()
-    for i in range(FRAMES // 4):
+    for i in range(FRAMES // 2):
         bpy.context.scene.objects[name].location.z += 0.01 if i % 2 else -0.01
         yield 0.02
     return ticks.stop()

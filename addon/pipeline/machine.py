@@ -1,0 +1,59 @@
+"""How this computer is to be used for rendering: chosen once for all pictures (Blender's preferences), not per scene. No OpenGL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import GpuError
+
+BACKENDS = ("auto", "egl", "native")
+MEBI = 2**20
+
+
+@dataclass(frozen=True)
+class Machine:
+    """`backend` one of `BACKENDS`; `threads` of a software OpenGL driver, 0 = its own choice; `memory_mib` for the targets and maps of
+    one picture, 0 = no limit; `is_separate` True renders in a process of its own, which may crash without taking Blender along."""
+
+    backend: str = "auto"
+    threads: int = 0
+    memory_mib: int = 0
+    is_separate: bool = False
+
+    def __post_init__(self) -> None:
+        if self.backend not in BACKENDS or self.threads < 0 or self.memory_mib < 0:
+            raise ValueError(f"not a machine: {self}")
+
+
+_chosen = [Machine()]
+
+
+def chosen() -> Machine:
+    """The machine to render with."""
+    return _chosen[0]
+
+
+def choose(machine: Machine) -> bool:
+    """Render with this machine from the next start of the worker on; True when it differs from the one before."""
+    before, _chosen[0] = _chosen[0], machine
+    return before != machine
+
+
+def check_picture(size: tuple[int, int], data: bool) -> None:
+    """Raise `GpuError` when the camera's targets alone pass the memory limit. Bytes per pixel: G-buffer 20, picture 16, data 40."""
+    _check(size[0] * size[1] * (36 + 40 * data), f"A picture of {size[0]}×{size[1]} pixels", "choose a smaller size")
+
+
+def check_maps(size: int, layers: int, ids: int, depths: int) -> None:
+    """Raise `GpuError` when the shadow maps pass the memory limit. Bytes per texel: depth 4, each id 4; with depths per cell twice that."""
+    wanted = size * size * layers * (4 + 4 * ids) * (2 if depths > 1 else 1)
+    _check(wanted, f"{layers} shadow map{'s' * (layers > 1)} of {size}² texels", "lower Map Size or Partitions")
+
+
+def _check(wanted: int, what: str, advice: str) -> None:
+    limit = chosen().memory_mib
+    if limit and wanted > limit * MEBI:
+        raise GpuError(
+            f"{what} would take {-(-wanted // MEBI):,} MiB of graphics memory, more than the {limit:,} MiB allowed: {advice}, or raise "
+            "Memory Limit in the extension's preferences."
+        )

@@ -1,0 +1,179 @@
+"""The renderer in a process of its own, for drivers that crash: what `renderer.Renderer` does, but a crash costs a message, not Blender.
+
+A scene is sent once, and of its meshes only those that the other process does not have. Pictures come back whole.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Hashable
+from concurrent.futures import Future, InvalidStateError
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Lock, Thread
+
+import moderngl
+import numpy as np
+
+from ..errors import GpuError
+from .frame import Frame
+from .machine import Machine, chosen
+from .remote_words import PACKAGE, receive, send
+from .renderer import Request, Ticket
+from .scene import Scene
+
+PEER = "addon"  # the package's name in the other process
+EXTENSION = Path(__file__).resolve().parents[2]
+
+
+class RemoteTicket(Ticket):
+    """A ticket whose cancelling is told to the other process."""
+
+    def __init__(self, cancel: Callable[[], None]) -> None:
+        self._cancel, self._is_cancelled = cancel, False
+        super().__init__()
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Whether the caller has given up."""
+        return self._is_cancelled
+
+    @is_cancelled.setter
+    def is_cancelled(self, value: bool) -> None:
+        if value and not self._is_cancelled:
+            self._cancel()
+        self._is_cancelled = value
+
+
+class _Child:
+    """One process, with a thread that writes to it and one that reads from it. Ends when `close`d, or by itself."""
+
+    def __init__(self, machine: Machine) -> None:
+        libraries = [str(Path(module.__file__).parents[1]) for module in (moderngl, np)]  # Blender keeps the wheels where only it looks
+        paths = [str(EXTENSION), *dict.fromkeys(libraries), os.environ.get("PYTHONPATH", "")]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+        command = [sys.executable, "-m", f"{PEER}.pipeline.remote_child", PACKAGE]
+        self.process = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.waiting: dict[int, tuple[Future[Frame], Ticket]] = {}
+        self.is_over = False
+        self._outbox: SimpleQueue[tuple | None] = SimpleQueue()
+        self._lock = Lock()
+        self._scene: Scene | None = None
+        self._keys: frozenset[Hashable] = frozenset()
+        self._threads = [Thread(target=run, name=f"cad-shadow-{run.__name__}", daemon=True) for run in (self._write, self._read)]
+        self.post(("machine", machine))
+        for thread in self._threads:
+            thread.start()
+
+    def post(self, message: tuple | None) -> None:
+        """Leave a message to be written; None closes."""
+        self._outbox.put(message)
+
+    def ask(self, number: int, request: Request, future: Future[Frame], ticket: Ticket) -> None:
+        """Ask for a frame; the future gets it, or the process's end as an error."""
+        with self._lock:
+            if self.is_over:
+                future.set_exception(GpuError("The rendering process has ended: try again."))
+                return
+            self.waiting[number] = future, ticket
+        self.post(("render", number, request))
+
+    def close(self, timeout_s: float = 10.0) -> None:
+        """End the process when it has done what it is at, and the threads with it."""
+        self.post(None)
+        try:
+            self.process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+        for thread in self._threads:
+            thread.join(timeout_s)
+
+    def _write(self) -> None:
+        with suppress(OSError):  # it has ended: `_read` says so
+            while (message := self._outbox.get()) is not None:
+                if message[0] == "render":
+                    message = self._with_scene_sent(*message[1:])
+                send(self.process.stdin, message)
+        with suppress(OSError):
+            self.process.stdin.close()
+
+    def _with_scene_sent(self, number: int, request: Request) -> tuple:
+        """The message that asks for the frame; its scene is sent before it, unless it was the last one sent."""
+        scene = request.scene
+        if scene is not self._scene:
+            keys = [mesh.key for mesh in scene.meshes]
+            new = tuple(mesh for mesh in scene.meshes if mesh.key not in self._keys)
+            send(self.process.stdin, ("scene", replace(scene, meshes=()), keys, new))
+            self._scene, self._keys = scene, frozenset(keys)
+        return "render", number, replace(request, scene=None)
+
+    def _read(self) -> None:
+        with suppress(OSError, EOFError):
+            while (message := receive(self.process.stdout, PEER)) is not None:
+                self._take(*message)
+        self.process.stdout.close()
+        code = self.process.wait()
+        with self._lock:
+            self.is_over = True
+            lost, self.waiting = self.waiting, {}
+        for future, _ in lost.values():
+            _settle(future, GpuError(f"The rendering process ended unexpectedly (exit code {code}): update the graphics driver."))
+        self.post(None)
+
+    def _take(self, number: int, kind: str, content: object) -> None:
+        future, ticket = self.waiting[number]
+        if kind == "progress":
+            ticket.fraction, ticket.stage = content
+            return
+        with self._lock:
+            del self.waiting[number]
+        _settle(future, content)
+
+
+def _settle(future: Future[Frame], content: object) -> None:
+    with suppress(InvalidStateError):  # the caller has given up meanwhile
+        if isinstance(content, Exception):
+            future.set_exception(content)
+        else:
+            future.set_result(content)
+
+
+class RemoteRenderer:
+    """Starts the process with the first frame asked for, and another one when it has ended."""
+
+    def __init__(self) -> None:
+        self._child: _Child | None = None
+        self._numbers = itertools.count()
+
+    def submit(self, request: Request) -> tuple[Future[Frame], Ticket]:
+        """Queue a frame; as `Renderer.submit`."""
+        if self._child is None or self._child.is_over:
+            self._child = _Child(chosen())
+        child, number, future = self._child, next(self._numbers), Future()
+        ticket = RemoteTicket(lambda: child.post(("cancel", number)))
+        child.ask(number, request, future, ticket)
+        return future, ticket
+
+    def close(self) -> None:
+        """End the process; a later frame starts another."""
+        child, self._child = self._child, None
+        if child is not None:
+            child.close()
+
+
+_renderer = RemoteRenderer()
+
+
+def shared_remote() -> RemoteRenderer:
+    """The add-on's renderer in a process of its own."""
+    return _renderer
+
+
+def shutdown() -> None:
+    """End its process, if there is one."""
+    _renderer.close()

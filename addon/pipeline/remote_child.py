@@ -1,0 +1,94 @@
+"""The process that `remote.RemoteRenderer` starts: `python -m addon.pipeline.remote_child PEER` renders what it is sent until there is
+no more; PEER is what the package is called in the process that sends."""
+
+from __future__ import annotations
+
+import os
+import sys
+from concurrent.futures import CancelledError, Future
+from contextlib import suppress
+from dataclasses import replace
+from threading import Lock
+from typing import BinaryIO
+
+from ..errors import Cancelled, GpuError, UserError
+from . import machine
+from .context import shutdown
+from .frame import Frame
+from .remote_words import receive, send
+from .renderer import Request, Ticket, shared_renderer
+from .scene import Mesh, Scene
+
+
+class _Telling(Ticket):
+    """A ticket that sends every stage to the other process."""
+
+    def __init__(self, tell: object) -> None:
+        super().__init__()
+        self._tell = tell
+
+    def enter(self, fraction: float, stage: str) -> None:
+        """Note the stage and tell it."""
+        super().enter(fraction, stage)
+        self._tell("progress", (fraction, stage))
+
+
+class Server:
+    """Holds the last scene sent and the frames under way."""
+
+    def __init__(self, out: BinaryIO) -> None:
+        self._out, self._lock = out, Lock()
+        self._current: Scene | None = None
+        self._meshes: dict[object, Mesh] = {}
+        self._tickets: dict[int, Ticket] = {}
+
+    def take(self, message: tuple) -> None:
+        """Do what one message asks."""
+        getattr(self, f"_{message[0]}")(*message[1:])
+
+    def _machine(self, chosen: machine.Machine) -> None:
+        machine.choose(chosen)
+
+    def _scene(self, scene: Scene, keys: list, new: tuple[Mesh, ...]) -> None:
+        known = self._meshes | {mesh.key: mesh for mesh in new}
+        self._meshes = {key: known[key] for key in keys}
+        self._current = replace(scene, meshes=tuple(known[key] for key in keys))
+
+    def _cancel(self, number: int) -> None:
+        ticket = self._tickets.get(number)
+        if ticket is not None:
+            ticket.is_cancelled = True
+
+    def _render(self, number: int, request: Request) -> None:
+        ticket = self._tickets[number] = _Telling(lambda kind, content: self._tell(number, kind, content))
+        future = shared_renderer().queue(replace(request, scene=self._current), ticket)
+        future.add_done_callback(lambda done: self._answer(number, done))
+
+    def _answer(self, number: int, done: Future[Frame]) -> None:
+        self._tickets.pop(number, None)
+        try:
+            self._tell(number, "done", done.result())
+        except CancelledError:
+            self._tell(number, "failed", Cancelled("Cancelled."))
+        except UserError as error:
+            self._tell(number, "failed", error)
+        except Exception as error:  # must reach the one who waits
+            self._tell(number, "failed", GpuError(f"Rendering failed ({type(error).__name__}: {error}): please report this."))
+
+    def _tell(self, number: int, kind: str, content: object) -> None:
+        with self._lock, suppress(BrokenPipeError):
+            send(self._out, (number, kind, content))
+
+
+def main(peer: str) -> None:
+    """Serve until standard input ends. Standard output is for messages alone: what drivers print goes to standard error."""
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)
+        server = Server(out)
+        while (message := receive(sys.stdin.buffer, peer)) is not None:
+            server.take(message)
+        shutdown()
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,68 @@
+"""The extension's preferences reach the renderer at once, and are put back with it."""
+
+import importlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.blender.conftest import MODULE
+
+
+@pytest.fixture
+def room(extension):
+    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
+
+
+@pytest.fixture
+def preferences(blend):
+    """The extension's preferences, put back to their defaults at the end."""
+    preferences = blend.context.preferences.addons[MODULE].preferences
+    yield preferences
+    for name in ("backend", "is_separate", "threads", "memory_mib"):
+        preferences.property_unset(name)
+        setattr(preferences, name, getattr(preferences, name))  # its update is called
+
+
+def combined(room):
+    return room("api").preview(passes=("combined",)).combined
+
+
+def test_every_preference_reaches_the_machine(preferences, room):
+    machine = room("pipeline.machine")
+    assert machine.chosen() == machine.Machine()
+    preferences.backend, preferences.is_separate, preferences.threads, preferences.memory_mib = "egl", True, 3, 512
+    assert machine.chosen() == machine.Machine("egl", 3, 512, True)
+
+
+def test_a_process_of_its_own_makes_the_same_picture_and_ends_with_the_choice(preferences, cube_scene, room):
+    here = combined(room)
+    room("pipeline.context").shutdown()
+    preferences.is_separate = True
+    there = combined(room)
+    assert np.array_equal(here, there)
+    assert room("pipeline.context")._worker is None  # no OpenGL in Blender's own process
+    process = room("pipeline.remote").shared_remote()._child.process
+    assert process.poll() is None
+    preferences.is_separate = False
+    assert process.poll() == 0
+
+
+def test_the_memory_limit_is_said_to_the_user(preferences, cube_scene, blend):
+    preferences.memory_mib = 1
+    cube_scene.cad_shadow.map_size = 2048
+    with pytest.raises(RuntimeError, match="64 MiB of graphics memory, more than the 1 MiB allowed: lower Map Size"):
+        blend.ops.cad_shadow.preview()
+
+
+def test_a_software_driver_uses_so_many_threads(preferences, cube_scene, room):
+    preferences.is_separate = True
+    counts = []
+    for wanted in (1, 3):
+        preferences.threads = wanted
+        renderer = room("api").preview().outcome.frame.gl["renderer"]
+        threads = Path(f"/proc/{room('pipeline.remote').shared_remote()._child.process.pid}/task")
+        if "llvmpipe" not in renderer or not threads.is_dir():
+            pytest.skip(f"counts the threads of Mesa's llvmpipe; this is {renderer}")
+        counts.append(sum((task / "comm").read_text().startswith("llvmpipe") for task in threads.iterdir()))
+    assert counts == [1, 3]

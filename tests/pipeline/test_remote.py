@@ -1,0 +1,114 @@
+"""The renderer in a process of its own gives what the one in this process gives, and outlives a process that dies."""
+
+import time
+
+import numpy as np
+import pytest
+
+from addon.errors import Cancelled, GpuError, SceneError
+from addon.pipeline import machine
+from addon.pipeline.machine import Machine
+from addon.pipeline.remote import RemoteRenderer
+from addon.pipeline.renderer import DATA_PASSES, Request
+from addon.pipeline.scene import Instances, Scene
+from addon.pipeline.settings import Settings
+from tests import scenes
+
+CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0)
+SMALL = Settings().replaced(fit={"size": 64})
+SIZE = (48, 32)
+WAIT_S = 60.0
+
+
+@pytest.fixture(scope="module")
+def remote():
+    remote = RemoteRenderer()
+    yield remote
+    remote.close()
+
+
+def asked(scene, size=SIZE, settings=SMALL):
+    return Request(scene, CAMERA, SUN, settings, size, ("combined", *DATA_PASSES))
+
+
+def test_frames_are_the_same_to_the_last_bit_for_one_scene_after_the_other(renderer, remote):
+    for scene in (scenes.railing(), scenes.chair(), scenes.railing()):
+        there, ticket = remote.submit(asked(scene))
+        here, _ = renderer.submit(asked(scene))
+        frame, expected = there.result(WAIT_S), here.result(WAIT_S)
+        assert ticket.stage == "readback"
+        assert set(frame.passes) == set(expected.passes)
+        for name, image in expected.passes.items():
+            assert np.array_equal(frame.passes[name], image, equal_nan=True), name
+        assert frame.measured == expected.measured
+        there_maps, here_maps = (np.array([p.clip_from_world for p in f.plan.projections]) for f in (frame, expected))
+        assert np.array_equal(there_maps, here_maps)
+
+
+def test_a_mesh_goes_over_once(remote):
+    scene = scenes.railing()
+    remote.submit(asked(scene))[0].result(WAIT_S)
+    child, sent = remote._child, []
+    post = child.process.stdin.write
+    child.process.stdin.write = lambda data: (sent.append(len(data)), post(data))[1]
+    moved = Scene(scene.meshes, scene.instances, scene.object_names, scene.origin_ws + 1.0)
+    remote.submit(asked(moved))[0].result(WAIT_S)
+    del child.process.stdin.write
+    assert 0 < sum(sent) < 0.5 * sum(mesh.positions.nbytes + mesh.normals.nbytes + mesh.triangles.nbytes for mesh in scene.meshes) + 20_000
+
+
+def test_users_errors_come_through_and_the_process_goes_on(remote):
+    nothing = Instances(*(np.empty((0, *shape)) for shape in ((), (4, 4), (), (), (4,))))
+    with pytest.raises(SceneError, match="nothing to draw"):
+        remote.submit(asked(Scene((), nothing, (), np.zeros(3))))[0].result(WAIT_S)
+    process = remote._child.process
+    remote.submit(asked(scenes.railing()))[0].result(WAIT_S)
+    assert remote._child.process is process
+
+
+def test_a_frame_under_way_can_be_given_up(remote):
+    large = asked(scenes.railing(), (1600, 1200), SMALL.replaced(shading={"samples": 16}))
+    future, ticket = remote.submit(large)
+    while ticket.stage == "waiting":
+        time.sleep(0.005)
+    ticket.is_cancelled = True
+    with pytest.raises(Cancelled):
+        future.result(WAIT_S)
+
+
+def test_a_process_that_dies_costs_its_frame_and_is_replaced(remote):
+    remote.submit(asked(scenes.railing()))[0].result(WAIT_S)
+    child = remote._child
+    future, _ = remote.submit(asked(scenes.railing(), (1600, 1200), SMALL.replaced(shading={"samples": 16})))
+    child.process.kill()
+    with pytest.raises(GpuError, match="ended unexpectedly"):
+        future.result(WAIT_S)
+    assert remote.submit(asked(scenes.railing()))[0].result(WAIT_S).passes["combined"].shape == (32, 48, 4)
+    assert remote._child is not child
+
+
+def test_close_ends_the_process_and_its_threads(remote):
+    remote.submit(asked(scenes.railing()))[0].result(WAIT_S)
+    child = remote._child
+    remote.close()
+    assert child.process.returncode == 0
+    assert not any(thread.is_alive() for thread in child._threads)
+
+
+@pytest.fixture
+def limited():
+    """Puts the machine back."""
+    before = machine.chosen()
+    yield lambda mib: machine.choose(Machine(memory_mib=mib))
+    machine.choose(before)
+
+
+def test_a_picture_beyond_the_memory_limit_is_refused_with_what_to_do(renderer, limited):
+    limited(8)
+    with pytest.raises(GpuError, match="choose a smaller size"):
+        renderer.submit(asked(scenes.railing(), (1024, 768)))[0].result(WAIT_S)
+    with pytest.raises(GpuError, match="lower Map Size"):
+        renderer.submit(asked(scenes.railing(), settings=Settings().replaced(fit={"size": 2048})))[0].result(WAIT_S)
+    assert renderer.submit(asked(scenes.railing()))[0].result(WAIT_S)
+    limited(0)
+    assert renderer.submit(asked(scenes.railing(), settings=Settings().replaced(fit={"size": 2048})))[0].result(WAIT_S)
