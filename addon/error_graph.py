@@ -85,7 +85,7 @@ def error_graph(outcome: Outcome) -> ErrorGraph | None:
     is_logarithmic = not camera.is_orthographic and bool(z.min() > 0.0)
     near, far = _reach(float(z.min()), float(z.max()), is_logarithmic)
     edges = np.geomspace(near, far, BINS + 1) if is_logarithmic else np.linspace(near, far, BINS + 1)
-    ends = {float(p.depth_range[1]) for p in plan.projections if not p.is_empty and not p.is_cut_along_light}
+    ends = {float(p.depth_range[1]) for p in plan.projections if not p.is_empty}
     splits = sorted(end for end in ends if near < end < far)
     return ErrorGraph(near, far, is_logarithmic, _predictions(outcome, near, far), _measured(z, m, edges), tuple(splits))
 

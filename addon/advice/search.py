@@ -64,7 +64,7 @@ class Row:
 class Advice:
     """What was found. `rows` the combinations measured on all frames, best first; `current` the scene's own one, at its own size.
 
-    `best` None when nothing reaches the wanted error. `splits` the view depths that bound the best's maps, per frame; `confirmed` and
+    `best` None when nothing reaches the wanted error. `splits` the view depths at which the best's maps end, per frame; `confirmed` and
     `confirmed_current` statistics and milliseconds of real pictures of the frame where the best is worst.
     """
 
@@ -263,6 +263,7 @@ def _p95(errors: np.ndarray) -> float:
 
 
 def splits_of(plan: ShadowPlan) -> tuple[float, ...]:
-    """View depths that bound the maps, near to far, each once."""
-    ends = np.unique(np.round([(p.near, p.far) for p in plan.projections], 6))
+    """The least view depth that a map serves and those at which the maps end, near to far, each once."""
+    ranges = [p.depth_range for p in plan.projections]
+    ends = np.unique(np.round([min(near for near, _ in ranges), *(far for _, far in ranges)], 6))
     return tuple(float(end) for end in ends)
