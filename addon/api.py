@@ -13,11 +13,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from . import image_editor, outputs, session
+from .api_impostors import Impostor, ImpostorPath, impostor_path, impostors
+from .api_view import View
 from .errors import OutputError
 from .images.passes import picture_of
 from .job import ENGINE_PASSES, Outcome
@@ -25,10 +28,13 @@ from .maths.theory import theory as predict
 from .maths.view import Camera, Light
 from .options import with_options
 from .pipeline.settings import PASSES, Settings
-from .properties import settings_from
-from .rendering import Request, render
-from .views import Lens, Point, camera_maker, light_maker
+from .rendering import render
+from .views import Point
 
+if TYPE_CHECKING:
+    from .pipeline.impostor_life import ImpostorReport
+
+__all__ = ["Impostor", "ImpostorPath", "Preview", "analyse", "impostor_path", "impostors", "preview", "theory"]
 ALL_PASSES = tuple(name for name in PASSES if name != "texel")
 
 
@@ -52,6 +58,11 @@ class Preview:
     def report(self) -> dict[str, object]:
         """The report JSON as a dictionary."""
         return self.outcome.report
+
+    @property
+    def impostors(self) -> tuple[ImpostorReport, ...]:
+        """What became of each impostor in this picture: stage, predicted errors, texture size, triangles it stands for."""
+        return self.outcome.frame.impostors
 
     @property
     def camera(self) -> Camera:
@@ -110,12 +121,8 @@ def preview(
     is `light` (a name) or `light_direction` (towards the light); else the scene's. `options` override the scene's settings.
     """
     scene = scene or bpy.context.scene
-    settings = with_options(settings_from(scene.cad_shadow), options)
-    half_fov = None if fov_y_deg is None else radians(fov_y_deg) / 2.0
-    cameras, lights = camera_maker(camera, view, eye, target, up, half_fov), light_maker(light, light_direction)
-    name = bpy.data.filepath or "unsaved scene"
-    request = Request(name, passes, cameras, lights, settings, Lens(half_fov, near, far), size)
-    outcome = render(scene, request)
+    asked = View(camera, view, eye, target, up, fov_y_deg, near, far, light, light_direction, size)
+    outcome = render(scene, asked.request(scene, options, passes))
     session.remember(outcome)
     return Preview(outcome)
 

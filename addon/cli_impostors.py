@@ -3,64 +3,37 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
-from fnmatch import fnmatchcase
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from .errors import SceneError, UserError
+from .api_impostors import animated
+from .errors import UserError
 from .images.png import encode_png
 from .images.srgb import srgb
+from .impostor_chosen import Chosen
 from .impostor_files import unique_names, write_impostor
-from .impostor_marks import all_marked, set_mark
 from .impostor_path import PathFrame, csv_text, orbit, summaries, walk
 from .impostor_plane import write_plane
-from .impostors import baked, choice_for, groups_of, whole
+from .impostors import baked, choice_for
 from .job import Job
 from .outputs import write_bytes, write_json
-from .pipeline.impostor_bake import BakedImpostor
-from .pipeline.impostor_life import ImpostorGroup
-from .pipeline.scene import Scene
+from .pipeline.baked_impostor import BakedImpostor
 from .rendering import Request, read
 from .report import head_of
-from .snapshot import mark_of_id
-from .snapshot.instances import listed
+from .snapshot import marked_instead
 
-GroupsOf = Callable[[Scene], tuple[ImpostorGroup, ...]]
 MIB = 1 << 20
-NO_SURFACE = "{} has no surface that the render shows: name an object with a mesh, or unhide it."
-
-
-def chosen(names: list[str] | None, stem: Path) -> GroupsOf:
-    """Which impostors there are in the open file: those named, else those marked, else everything as one, called like the file.
-
-    What is named is marked in the open file, which nobody saves. Raises `SceneError` for a name that nothing has.
-    """
-    if names:
-        found = [holder for name in names for holder in named(name)]
-        for holder in all_marked():
-            set_mark(holder, False)
-        for holder in found:
-            set_mark(holder, True)
-    return groups_of if all_marked() else lambda scene: whole(scene, stem.name)
-
-
-def named(name: str) -> list[bpy.types.ID]:
-    """The object or collection of that name, else all whose names match it as a pattern."""
-    holders = [*bpy.data.objects, *bpy.data.collections]
-    found = [h for h in holders if h.name == name][:1] or [h for h in holders if fnmatchcase(h.name, name)]
-    if not found:
-        raise SceneError(f"There is no object or collection '{name}': there are {listed([h.name for h in holders], 8) or 'none'}.")
-    return found
 
 
 def impostor_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Capture from the view; images, JSON and, if asked for, a plane per impostor. One that fails stops no other."""
-    groups_in = chosen(args.objects, stem)
-    job = read(scene, request)
-    groups = _some(groups_in(job.scene), scene)
+    chosen = Chosen.of(args.objects, stem.name)
+    with marked_instead(chosen.holders):
+        job = read(scene, request)
+    groups = chosen.some(job.scene)
     entries, errors, done, gl = [], [], [], {}
     names = [stem.with_name(f"{stem.name}_{name}") for name in unique_names([group.name for group in groups])]
     if len(groups) == 1 and groups[0].key.kind == "scene":
@@ -75,7 +48,7 @@ def impostor_command(scene: bpy.types.Scene, request: Request, stem: Path, args:
         entries.append({**entry, "json": f"{path.name}.json"})
         done.append(_line(result, files))
         gl = result.gl
-    errors += [NO_SURFACE.format(name) for name in without_surface(groups)]
+    errors += chosen.missing(groups)
     report = {
         **head_of(job.name, gl, job.settings),
         "impostors": entries,
@@ -90,53 +63,36 @@ def _line(result: BakedImpostor, files: list[Path]) -> str:
     frame = result.frame
     return (
         f"{result.name}: {result.triangles:,} triangles in {frame.width}×{frame.height} texels, {result.bytes / MIB:.1f} MiB, "
-        f"wrote {', '.join(path.name for path in files)}"
+        f"wrote {next(path.name for path in files if path.suffix == '.json')} and {len(files) - 1} more files"
     )
-
-
-def _some(groups: tuple[ImpostorGroup, ...], scene: bpy.types.Scene) -> tuple[ImpostorGroup, ...]:
-    """The groups, if there are any with something to draw."""
-    if groups and any(group.object_ids for group in groups):
-        return groups
-    raise SceneError(NO_SURFACE.format(listed([holder.name for holder in all_marked()]) or f"'{scene.name}'"))
-
-
-def without_surface(groups: tuple[ImpostorGroup, ...]) -> list[str]:
-    """The names of what is marked but shows nothing, quoted."""
-    found = {(group.key.kind, group.key.uid) for group in groups}
-    return [f"'{holder.name}'" for holder in all_marked() if (mark_of_id(holder).kind, mark_of_id(holder).uid) not in found]
 
 
 def path_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Run the path; the CSV, the report and, if asked for, the pictures. Break-even counts only if asked for, as all is measured anyway."""
     if "option_impostor_break_even" not in args:
         request.settings = request.settings.replaced(impostor={"break_even": False})
-    groups_in = chosen(args.objects, stem)
+    chosen = Chosen.of(args.objects, stem.name)
+    with marked_instead(chosen.holders):
+        return _walked(scene, request, chosen, stem, args)
+
+
+def _walked(
+    scene: bpy.types.Scene, request: Request, chosen: Chosen, stem: Path, args: argparse.Namespace
+) -> tuple[dict[str, object], str]:
     first = read(scene, request)
-    groups = _some(groups_in(first.scene), scene)
+    groups = chosen.some(first.scene)
     if args.orbit is not None:
         place, jobs = "angle_deg", orbit(first, args.orbit, args.steps or max(round(abs(args.orbit)), 1), groups)
     else:
         place, jobs = "frame", animated(scene, request, args.from_frame, args.to_frame)
     choice = choice_for(groups, first.settings.impostor, exact=True)
     told = _picture_writer(stem) if args.pictures else lambda frame: None
-    frames = list(walk(jobs, groups_in, choice, told))
+    frames = list(walk(jobs, chosen.groups, choice, told))
     report = path_report(first, frames, place)
-    report["errors"] += [NO_SURFACE.format(name) for name in without_surface(groups)]
+    report["errors"] += chosen.missing(groups)
     write_bytes(stem.with_name(f"{stem.name}_path.csv"), csv_text(frames).encode())
     write_json(stem.with_name(f"{stem.name}_report.json"), report)
     return report, summary(report)
-
-
-def animated(scene: bpy.types.Scene, request: Request, first: int, last: int) -> Iterator[tuple[float, Job]]:
-    """(frame, job) of every frame as a render sees it. The scene's frame is put back."""
-    kept = scene.frame_current
-    try:
-        for frame in range(first, last + 1):
-            scene.frame_set(frame)
-            yield frame, read(scene, request)
-    finally:
-        scene.frame_set(kept)
 
 
 def path_report(job: Job, frames: list[PathFrame], place: str) -> dict[str, object]:

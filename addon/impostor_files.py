@@ -18,7 +18,7 @@ from .images.srgb import srgb
 from .maths.relief import CaptureFrame
 from .maths.relief_edges import ReliefEdges
 from .outputs import write_bytes, write_json
-from .pipeline.impostor_bake import BakedImpostor
+from .pipeline.baked_impostor import BakedImpostor
 from .pipeline.scene import Scene
 
 FORMAT, VERSION = "cad-shadow-impostor", 1

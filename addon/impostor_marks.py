@@ -6,12 +6,16 @@ the marks, is made anew when they change, and is never saved.
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
+
 import bpy
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
+from .errors import SceneError
 from .pipeline.scene import Mark
 from .snapshot import IMPOSTOR_PROPERTY, mark_of_id, marked
+from .snapshot.instances import listed
 
 ROWS, INDEX = "cad_shadow_impostors", "cad_shadow_impostor_index"
 KINDS = (("object", "Object", "An object"), ("collection", "Collection", "All objects of a collection"))
@@ -43,6 +47,15 @@ def is_marked(holder: bpy.types.ID) -> bool:
 def set_mark(holder: bpy.types.ID, wanted: bool) -> None:
     """Mark it or take the mark away."""
     setattr(holder, IMPOSTOR_PROPERTY, wanted)
+
+
+def named(name: str) -> list[bpy.types.ID]:
+    """The object or collection of that name, else all whose names match it as a pattern (pump*); raises `SceneError` if none does."""
+    holders = [*bpy.data.objects, *bpy.data.collections]
+    found = [h for h in holders if h.name == name][:1] or [h for h in holders if fnmatchcase(h.name, name)]
+    if not found:
+        raise SceneError(f"There is no object or collection '{name}': there are {listed([h.name for h in holders], 8) or 'none'}.")
+    return found
 
 
 def active_mark() -> Mark | None:

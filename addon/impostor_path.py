@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import count
 from math import cos, inf, radians, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +16,12 @@ from .default_view import corners, depth_range
 from .job import Job, run
 from .maths.relief_picture import PictureErrors, picture_errors
 from .maths.view import Camera
-from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup, ImpostorReport
 from .pipeline.scene import Mark, Scene
 from .report import impostor_row, known
 from .views import Lens
+
+if TYPE_CHECKING:
+    from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup, ImpostorReport
 
 FRAME_KEYS = (
     "index",

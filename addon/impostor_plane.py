@@ -14,7 +14,7 @@ from mathutils import Matrix
 
 from .impostor_files import encoded
 from .outputs import json_text, written
-from .pipeline.impostor_bake import BakedImpostor
+from .pipeline.baked_impostor import BakedImpostor
 
 PREFIX = "Impostor"
 COLOR, DATA = "sRGB", "Non-Color"

@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from .errors import GpuError, SceneError
     from .job import Job
     from .maths.relief import CaptureFrame
+    from .pipeline.baked_impostor import BakedImpostor
     from .pipeline.frame import Frame
-    from .pipeline.impostor_bake import BakedImpostor
     from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup
     from .pipeline.settings import ImpostorSettings
 
 ALL_AT_ONCE = 10000
+AS_LONG_AS_THE_USER_WANTS = 1e12
+"""How many times over its limit an error may be before geometry is drawn, where it is the user who says when to capture anew."""
 
 
 def groups_of(scene: Scene) -> tuple[ImpostorGroup, ...]:
@@ -77,6 +79,7 @@ def choice_for(
         regenerations=ALL_AT_ONCE if fresh else settings.regenerations,
         memory_bytes=settings.memory_mib << 20,
         fade_frames=settings.fade_frames,
+        **({"waiting": AS_LONG_AS_THE_USER_WANTS} if settings.use == "manual" else {}),
     )
     capture = CaptureChoice(settings.projection == "perspective", settings.texels_per_pixel, settings.max_texels)
     return ImpostorChoice(
@@ -87,7 +90,7 @@ def choice_for(
         mode="manual" if settings.use == "manual" else "automatic",
         method=settings.warp,
         regenerate=regenerate,
-        never_dearer=settings.break_even,
+        never_dearer=settings.break_even and settings.use == "automatic",
         exact=exact,
         fresh=fresh,
     )

@@ -13,7 +13,7 @@ from ..impostor_files import metadata, unique_names, write_impostor
 from ..impostor_plane import make_plane, pack_images
 from ..impostors import baked, groups_of
 from ..job import Job
-from ..pipeline.impostor_bake import BakedImpostor
+from ..pipeline.baked_impostor import BakedImpostor
 from ..snapshot.instances import listed
 from .impostors import ACTIVE, ALL, SELECTED, NeedsMarks, chosen_marks, is_one_of
 

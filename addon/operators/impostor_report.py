@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from concurrent.futures import Future
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import bpy
 
@@ -14,9 +15,11 @@ from ..impostor_states import annotated, error_of
 from ..impostors import shaded_texture
 from ..job import Job, Outcome, Pending
 from ..pipeline.frame import Frame
-from ..pipeline.impostor_life import ImpostorReport
 from .background import JobOperator
 from .impostors import NeedsImpostors
+
+if TYPE_CHECKING:
+    from ..pipeline.impostor_life import ImpostorReport
 
 TITLE = f"{image_editor.NAME}: critical points"
 

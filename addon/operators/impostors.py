@@ -25,7 +25,11 @@ OFF = "Impostors are switched off: set Impostors to Automatic or Manual"
 
 def has_surface(ob: bpy.types.Object) -> bool:
     """Whether an impostor could be made of it: something drawn, or an empty that something hangs on or is instanced by."""
-    return ob.type in sources.DRAWN_TYPES and (ob.type != "EMPTY" or bool(ob.children) or ob.instance_type == "COLLECTION")
+    if ob.type == "EMPTY":
+        return bool(ob.children) or ob.instance_type == "COLLECTION"
+    if ob.type == "MESH":
+        return len(ob.data.polygons) > 0 or len(ob.modifiers) > 0
+    return ob.type in sources.DRAWN_TYPES
 
 
 class NeedsMarks:

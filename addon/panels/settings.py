@@ -163,7 +163,7 @@ SECTIONS = (
     Section("impostors", "Impostors", draw_impostors, closed=True),
     Section("impostors_capture", "Capture", draw_options(*CAPTURE), "impostors", True),
     Section("impostors_life", "Life Cycle", draw_options(*LIFE), "impostors", True),
-    Section("impostors_keep", "Export", draw_impostor_export, "impostors", True),
+    Section("impostors_keep", "Keep", draw_impostor_export, "impostors", True),
     Section("export", "Export", draw_export, closed=True),
 )
 ORDER_OF_QUALITY = 2 * [section.key for section in SECTIONS].index("impostors") - 1  # the panels of quality.py, advice.py

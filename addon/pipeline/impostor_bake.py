@@ -7,48 +7,22 @@ linear, and go on a few texels beyond the outline under alpha 0, so that filteri
 from __future__ import annotations
 
 from concurrent.futures import Future
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import moderngl
 import numpy as np
 
 from ..errors import GpuError, SceneError
 from ..maths.relief import CaptureFrame
-from ..maths.relief_edges import ReliefEdges
 from ..maths.relief_frame import capture_frame
+from .baked_impostor import BakedImpostor
 from .device import Device, device_of
 from .impostor_capture import capture, capture_bytes
 from .impostor_life import ImpostorChoice, ImpostorGroup
 from .renderer import Renderer, Request, Ticket, render_frame
 
 BORDER_TEXELS = 8
-PASSES = ("combined", "normal", "object")
-
-
-@dataclass(frozen=True, eq=False)
-class BakedImpostor:
-    """An impostor read back: images (h, w[, c]), row 0 at the top, texel (column, row) at u, v = column + ½, row + ½ of the `frame`.
-
-    `color` RGBA float32 linear, alpha 1 on the object; `depth_m`, `back_m` float32 metres behind the plane of the first surface, and of
-    where the solid behind it ends; `mask` bool; `normal` world; `object_id` int32, −1 = none. `edges` the critical points, depth edges.
-    """
-
-    name: str
-    frame: CaptureFrame
-    color: np.ndarray
-    depth_m: np.ndarray
-    back_m: np.ndarray
-    mask: np.ndarray
-    normal: np.ndarray
-    object_id: np.ndarray
-    edges: ReliefEdges
-    triangles: int
-    gl: dict[str, str]
-
-    @property
-    def bytes(self) -> int:
-        """What it takes on the GPU."""
-        return capture_bytes(self.frame)
+PASSES = ("combined", "depth", "normal", "object")
 
 
 def bake(device: Device, request: Request, group: ImpostorGroup, choice: ImpostorChoice, unlit: bool = False) -> BakedImpostor:
@@ -69,18 +43,24 @@ def bake(device: Device, request: Request, group: ImpostorGroup, choice: Imposto
         raise SceneError(f"'{group.name}': {error}") from error
     taken.release()
     passes = _shaded(device, request, rows, frame, unlit)
+    mask = np.isfinite(passes["depth"])
+    if not mask.any():
+        raise SceneError(f"'{group.name}' is thinner than the texels everywhere: come nearer, or raise the texels per pixel.")
+    plane = -float(frame.source[2]) if frame.is_perspective else 0.0
+    depth = np.where(mask, np.maximum(np.where(mask, passes["depth"], 0.0) - plane, 0.0), 0.0).astype(np.float32)
     counts = np.array([len(m.triangles) for m in request.scene.meshes])
     return BakedImpostor(
         group.name,
         frame,
-        _straight(passes["combined"], taken.mask),
-        np.where(taken.mask, taken.depth_m, np.float32(0.0)),
-        np.where(taken.mask, taken.back_m, np.float32(0.0)),
-        taken.mask,
+        _straight(passes["combined"], mask),
+        depth,
+        np.where(mask & taken.mask, np.maximum(taken.back_m, depth), depth),
+        mask,
         passes["normal"],
         passes["object"],
         taken.edges,
         int(counts[request.scene.instances.mesh_index[rows]].sum()),
+        capture_bytes(frame),
         {"renderer": device.context.info["GL_RENDERER"], "version": device.context.info["GL_VERSION"]},
     )
 
