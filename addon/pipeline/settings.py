@@ -93,7 +93,7 @@ class ImpostorSettings:
     `use` 'automatic': the life cycle renews them; 'manual': the user does; 'off': all is drawn as geometry. `fresh`: every final render
     captures anew, so that a picture does not depend on those before it. `limit` of the `predictor`, in its unit (None: its usual one).
     `max_tilt_deg` beyond which an impostor is renewed in any case. `regenerations` per picture of a view, `memory_mib` for all textures.
-    `break_even`: what is cheaper as geometry is drawn as geometry.
+    `break_even`: what is cheaper as geometry is drawn as geometry ('automatic').
     """
 
     use: str = "automatic"
