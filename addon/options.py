@@ -335,7 +335,7 @@ _APPLIES = {
     "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
     "convergence": lambda v: v.warp in _FADING,
     "partitions": lambda v: v.partition not in ("none", "faces"),
-    "cut": lambda v: v.partition not in ("none", "faces") and v.partitions > 1,
+    "cut": lambda v: v.partition not in ("none", "faces", "faces-z") and v.partitions > 1,
     "split_weight": lambda v: v.partition == "z-pssm",
     "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
     "depths": lambda v: v.test != "triangle",

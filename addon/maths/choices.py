@@ -62,7 +62,7 @@ class PartitionChoice:
     `count` is the number of z partitions; `split_weight` λ of PSSM (1 = logarithmic, 0 = linear; LogPSM 5.60);
     `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4;
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
-    `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun only) along the light's rays, so that the maps do
+    `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the maps do
     not overlap as the light sees them (`slices.py`).
     """
 

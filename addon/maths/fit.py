@@ -1,9 +1,9 @@
 """From camera, light and choices to the matrices of the shadow maps: a `ShadowPlan`. Pure numpy; the order is the texts'.
 
 1. Light space (`light_space.py`), γ. 2. Near and far of what is to be divided: the camera's ('frustum'), those of view ∩ scene ('scene'),
-or those of the receivers really visible ('samples'). 3. Splits (`partitions.py`), and the planes they stand for
-(`slices.py`). 4. Per partition n' (`warps.py`), the apex placed before
-the partition's slab of the view frustum as T4 §4.2.2 has it, then the crop (`crop.py`): xy from receivers, depth from casters.
+or those of the receivers really visible ('samples'). 3. Splits (`partitions.py`), and the planes they stand for (`slices.py`). 4. Per
+partition n' (`warps.py`), the apex placed before its part of the view frustum as T4 §4.2.2 has it, then the crop (`crop.py`): xy from
+receivers, depth from casters.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
     choice = partition if light.kind != "point" else PartitionChoice(kind="none")
     first = spaces[0][1]
     splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
-    along = choice.cut == "light" and light.kind == "sun" and len(splits) > 2
+    along = choice.cut == "light" and light.kind == "sun" and not _has_faces(camera, light, partition) and len(splits) > 2
     projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
@@ -158,7 +158,7 @@ def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along:
 
 def _slices(sight: Sight, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray | None) -> Slices:
     """The partitions of a sun's space along its rays."""
-    contents = _cut(sight.body, space) if rows is None else (depths, rows[2])
+    contents = sight.body if rows is None else (depths, rows[2])
     near, far, phi = float(splits[0]), float(splits[-1]), sight.camera.half_fov_rad
     return along_light(splits, sight.camera.direction_ws, space, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf,
                        _side_angle(sight.camera, space), contents)
@@ -166,7 +166,7 @@ def _slices(sight: Sight, space: LightSpace, splits: np.ndarray, rows: np.ndarra
 
 def _region(space: LightSpace, camera: Camera, cuts: np.ndarray) -> np.ndarray:
     """The planes that select this map, moved from the eye to the world (a spot has none: the shader knows the cone)."""
-    planes = cuts.copy() if space.select is None else np.concatenate([space.select, cuts])
+    planes = (cuts if space.select is None else space.select).copy()
     planes[:, 3] -= planes[:, :3] @ camera.eye_ws
     return planes
 

@@ -87,11 +87,9 @@ def across_view(splits: np.ndarray, view: np.ndarray) -> Slices:
 def tilt_of(space: LightSpace, gamma_lim: float, side: float, depth_ratio: float) -> float:
     """Angle from the view axis to the planes' normal: 0 across the view, π/2 − γ along the light's rays.
 
-    `side` is the frustum's half angle in the plane of light and view. A face of the frustum has an axis that does not turn about the view.
+    `side` is the frustum's half angle in the plane of light and view.
     """
     full = 0.5 * pi - space.gamma_rad
-    if space.rise is not None:
-        return full
     deep = smooth(log(depth_ratio), log(SHALLOW), log(DEEP))
     most = 0.5 * pi - deep * (side + CLEAR)
     return min(full, most) * smooth(space.gamma_rad, round_core(gamma_lim), TURNED[0] + deep * (TURNED[1] - TURNED[0]))
