@@ -1,8 +1,7 @@
 """Casters of a logarithmic map on stock OpenGL 3.3 (LogPSM §5.1.3, §5.1.4, which held it to be impossible). Worker thread only.
 
-Straight edges become curves. Two ways, chosen per cluster from the bend its longest edge can show, so that the picture is exact and most
-of the work is not: *vertex* — short edges: vertices are moved, edges stay straight; *exact* — the geometry stage emits the triangle's
-box, the fragment stage inverts t at the texel centre and decides coverage and depth where everything is straight.
+Straight edges become curves. The geometry stage cuts every triangle at fixed rows of the map, so near to each other that from row to row
+an edge is straight to `BEND_TEXELS`; the pieces are rasterised as any others are. Nothing is tested, discarded or drawn twice per texel.
 """
 
 from __future__ import annotations
@@ -13,10 +12,12 @@ import numpy as np
 
 from ..maths.projection import ShadowProjection
 from .clusters import frustum_planes
-from .draw_list import DrawList, Select
+from .draw_list import DrawList
 from .programs import Programs, matrix_bytes, set_uniforms
 
-BEND_TEXELS = 0.02  # largest deviation of a straight edge from its curve that passes as exact
+BEND_TEXELS = 0.015  # largest distance, along t, between an edge's piece and its curve
+BALANCE = 0.75  # of a chord's largest miss is taken off its ends: the least mean distance from the curve, on either side of it
+MOST_SLABS = 48  # slabs of one triangle that a draw emits (OpenGL grants 1024 numbers); longer ones are drawn again for the next
 
 
 def log_warp_vector(projection: ShadowProjection) -> np.ndarray:
@@ -29,20 +30,21 @@ def log_warp_vector(projection: ShadowProjection) -> np.ndarray:
 
 def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
     """Draw the casters into the bound layer of `size` texels, ids as `defines` say; returns the triangles sent."""
-    planes = log_planes(projection)
-    bends = bending(projection, size)
+    planes, rows = log_planes(projection), cut_rows(projection, size)
+    limits = {"MOST_SLABS": MOST_SLABS, "MOST_VERTICES": 2 * MOST_SLABS + 5, **defines}
+    pair = [programs.get("shadow.vert", "shadow_log.frag", "shadow_log.geom", INSTANCED=flag, **limits) for flag in (0, 1)]
     sent = 0
-    for is_exact in (False, True):
-        names = ("shadow_log.vert", "shadow_log.frag", "shadow_log.geom") if is_exact else ("shadow.vert", "shadow.frag")
-        pair = [programs.get(*names, INSTANCED=flag, LOGARITHMIC=1, **defines) for flag in (0, 1)]
+    for first in range(0, rows + 1, MOST_SLABS):
         for program in pair:
             set_uniforms(
                 program,
                 u_clip_from_world=matrix_bytes(projection.clip_from_world),
-                u_map_size=float(size),
                 u_log_warp=log_warp_vector(projection).tobytes(),
+                u_rows=rows,
+                u_shift=BALANCE * (math.log(2.0) * 2.0 / rows / projection.log.scale) ** 2 / 8.0,
+                u_first_slab=first,
             )
-        select: Select = bends if is_exact else (lambda bounds, edge: ~bends(bounds, edge))
+        select = (lambda bounds, edge, first=first: most_cuts(projection, rows, bounds, edge) >= first) if first else None
         sent += draw_list.draw(*pair, planes, attributes=False, select=select)
     return sent
 
@@ -56,20 +58,22 @@ def log_planes(projection: ShadowProjection) -> np.ndarray:
     return np.stack([s_limit + rows[0], s_limit - rows[0], planes[2], planes[3], one - rows[2]])
 
 
-def bending(projection: ShadowProjection, size: int) -> Select:
-    """A `Select` that is True where an edge may leave its curve by more than `BEND_TEXELS`.
+def cut_rows(projection: ShadowProjection, size: int) -> int:
+    """Slabs into which a map of `size` texels is cut, so that no edge leaves its curve between two rows by more than `BEND_TEXELS`.
 
-    Along an edge of length e, w changes by at most q = e·|∇w|/w (relative). With t = scale·log2 w the curve leaves its chord by at most
-    scale/ln 2 · q²/8 in NDC; s = X/w, rational on the edge as t is, adds at most as much times the map's half width: bounded by the same q.
+    With t = k·ln w an edge is straight in (X, w) and s = X/w affine in 1/w (s = X: in w); either way d²t/ds² = ± (dt/ds)²/k, so that a
+    chord over g texels of t misses by g²/(8 k) texels along t, k in texels (second derivative, integrated twice between the ends);
+    moved by `BALANCE` of that, it misses by at most `BALANCE` of it on either side.
     """
-    gradient = float(np.linalg.norm(projection.clip_from_world[3, :3]))
-    texels_per_ndc = size / 2.0
-    limit = math.sqrt(8.0 * BEND_TEXELS / (texels_per_ndc * (abs(projection.log.scale) / math.log(2.0) + 1.0)))
-    row = projection.clip_from_world[3]
+    k_texels = abs(projection.log.scale) / math.log(2.0) * size / 2.0
+    return math.ceil(size / math.sqrt(8.0 * BEND_TEXELS / BALANCE * k_texels))
 
-    def bends(bounds_ws: np.ndarray, longest_edge_m: np.ndarray) -> np.ndarray:
-        centre, half = bounds_ws.mean(axis=1), (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2
-        w_least = centre @ row[:3] + row[3] - half @ np.abs(row[:3])
-        return longest_edge_m * gradient > limit * np.maximum(w_least, 1e-6)
 
-    return bends
+def most_cuts(projection: ShadowProjection, rows: int, bounds_ws: np.ndarray, longest_edge_m: np.ndarray) -> np.ndarray:
+    """(B,) at least as many rows as a triangle inside each box (B, 2, 3), its edges no longer than `longest_edge_m`, can cross."""
+    log, row = projection.log, projection.clip_from_world[3]
+    ends = np.exp2((np.array([-1.0, 1.0]) - log.offset) / log.scale)
+    centre, half = bounds_ws.mean(axis=1) @ row[:3] + row[3], (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2 @ np.abs(row[:3])
+    low, high = np.clip(centre - half, *ends), np.clip(centre + half, *ends)
+    high = np.minimum(high, low + longest_edge_m * np.linalg.norm(row[:3]))
+    return np.ceil(0.5 * rows * log.scale * np.log2(high / low)) + 1.0

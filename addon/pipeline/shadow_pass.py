@@ -90,7 +90,7 @@ def draw_shadow_maps(
 def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
     if projection.log is not None:
         return draw_log_map(programs, draw_list, projection, size, defines)
-    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, LOGARITHMIC=0, **defines) for flag in (0, 1)]
+    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
     for program in pair:
         set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world))
     return draw_list.draw(*pair, frustum_planes(projection.clip_from_world, cull_near=False), attributes=False)

@@ -6,7 +6,6 @@ layout(triangle_strip, max_vertices = MOST_VERTICES) out;
 uniform vec4 u_log_warp;    // as ShadowMap.log_warp
 uniform int u_rows;         // row j of u_rows lies at t = 2 j / u_rows - 1
 uniform int u_first_slab;   // of the triangle's own slabs, this draw emits MOST_SLABS from here on
-uniform float u_straight;
 uniform float u_shift;      // how far before its curve a cut point lies, see emit_cut
 #if IDS
 flat in uint v_id[];
@@ -22,9 +21,6 @@ float level;
 float t_of_row(int j) { return float(j) * (2.0 / float(u_rows)) - 1.0; }
 float w_of_row(int j) { return exp2((t_of_row(j) - u_log_warp.y) / u_log_warp.x); }
 float t_of(float w) { return u_log_warp.x * log2(w) + u_log_warp.y; }
-bool is_bent(float from, float to) {
-    return from <= w_of_row(0) || to >= w_of_row(u_rows) || t_of(to) - t_of(from) > u_straight;
-}
 int row_below(float w) { return int(floor((t_of(w) + 1.0) * 0.5 * float(u_rows))); }
 
 void emit(float s, float t, float rise, float divisor) {
@@ -45,13 +41,9 @@ void emit_corner(vec4 c) {
     emit(c.x / divisor, t_of(c.w), (c.z - level) / divisor, divisor);
 }
 
-// The end of a row on the edge from a to b: where the row crosses it, a.w < w < b.w, or a itself if the edge is straight. Along it s and rise are constant + share * exp(-t or t), and chords lie beyond
+// Where the edge from a to b (a.w < w < b.w) crosses a row. Along it s and rise are constant + share * exp(-t or t), and chords lie beyond
 // such a curve; a cut point lies u_shift of the share before it, so that the chord misses the curve as much on either side.
-void emit_row_end(vec4 a, vec4 b, bool is_cut, float t, float w) {
-    if (!is_cut) {
-        emit_corner(a);
-        return;
-    }
+void emit_cut(vec4 a, vec4 b, float t, float w) {
     vec4 side = b - a;
     vec2 slope = side.xz / side.w, at = vec2(a.x, a.z - level) + slope * (w - a.w);
     if (u_log_warp.z == 0.0) {
@@ -73,14 +65,6 @@ void main() {
     if (high.w <= w_first || low.w >= w_last) return;
 
     // the rows between the corners; rounding of the logarithm must not put one beyond a corner
-    if (!is_bent(low.w, high.w)) {
-        level = low.z;
-        emit_corner(low);
-        emit_corner(middle);
-        emit_corner(high);
-        EndPrimitive();
-        return;
-    }
     bool from_low = low.w > w_first, to_high = high.w < w_last;
     int first = from_low ? row_below(low.w) + 1 : 0, last = to_high ? row_below(high.w) : u_rows;
     if (from_low && w_of_row(first) <= low.w) ++first;
@@ -98,7 +82,6 @@ void main() {
     level = low.z;
     if (from_low) emit_corner(low);
     bool is_above = !from_low && middle.w < w_of_row(first);   // then rows cut the upper short edge from the start
-    bool is_cut_low = is_bent(low.w, middle.w), is_cut_high = is_bent(middle.w, high.w);
     for (int j = first; j <= last; ++j) {
         float t = t_of_row(j), w = w_of_row(j);
         if (!is_above && middle.w < w) {
@@ -106,8 +89,8 @@ void main() {
             is_above = true;
         }
         // short edge then long edge below the middle corner, long then short above it: so the strip never folds
-        emit_row_end(low, is_above ? high : middle, is_above || is_cut_low, t, w);
-        emit_row_end(is_above ? middle : low, high, !is_above || is_cut_high, t, w);
+        emit_cut(low, is_above ? high : middle, t, w);
+        emit_cut(is_above ? middle : low, high, t, w);
     }
     if (to_high) {
         if (!is_above) emit_corner(middle);

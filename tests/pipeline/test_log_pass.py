@@ -1,11 +1,12 @@
 """LogPSM's maps on stock OpenGL against rays through their texel centres (issue 3)."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from scipy.ndimage import maximum_filter, minimum_filter
+from scipy.spatial import Delaunay
 
 from addon.maths.lookup import unproject
+from addon.maths.view import Light
 from addon.pipeline import log_pass
 from addon.pipeline.settings import Settings
 from tests import scenes
@@ -42,8 +43,7 @@ def ray_depth(scene, projection, size):
 @pytest.mark.parametrize("make", [scenes.railing, scenes.chair, scenes.border_floor])
 def test_the_map_holds_what_rays_through_its_texel_centres_meet(renderer, make, warp):
     scene = make()
-    chosen = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": MAP})
-    frame = renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("texel",))
+    frame = log_frame(renderer, scene, warp)
     projection = frame.plan.projections[0]
     assert projection.log is not None
     expected = ray_depth(scene, projection, MAP)
@@ -52,13 +52,51 @@ def test_the_map_holds_what_rays_through_its_texel_centres_meet(renderer, make, 
     assert wrong.mean() <= 1e-3
 
 
-def test_the_vertex_path_alone_bends_edges_and_the_exact_path_mends_them(renderer, monkeypatch):
-    """The choice matters: with the exact path switched off a long floor is visibly wrong in the map."""
+def log_frame(renderer, scene, warp="logpsm", **test):
+    """A frame with one logarithmic map of MAP² texels."""
+    chosen = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": MAP}, test=test)
+    return renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("texel", "shadow"))
+
+
+def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monkeypatch):
+    """The cuts matter: with them switched off a long floor is visibly wrong in the map."""
     scene = scenes.border_floor()
-    chosen = Settings().replaced(warp={"kind": "logpsm"}, partition={"kind": "none"}, fit={"kind": "scene", "size": MAP})
-    exact = renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("texel",))
+    exact = log_frame(renderer, scene)
     monkeypatch.setattr(log_pass, "BEND_TEXELS", 1e9)
-    bent = renderer.render(replace(scene), CAMERA, SUN, chosen, SIZE, ("texel",))
+    bent = log_frame(renderer, scene)
     expected = ray_depth(scene, exact.plan.projections[0], MAP)
     error = [np.mean(np.abs(f.passes["shadow_depth"][0] - expected) > 1e-3) for f in (exact, bent)]
     assert error[0] < 0.1 * error[1]
+
+
+@pytest.mark.parametrize("warp", ["logpsm", "log"])
+def test_a_map_drawn_in_many_turns_is_the_map_drawn_in_one(renderer, monkeypatch, warp):
+    """However few slabs a draw may emit of a triangle, the same pieces arrive, with the same ids."""
+    scene, frames = scenes.border_floor(), []
+    for most in (2, 7, 48):
+        monkeypatch.setattr(log_pass, "MOST_SLABS", most)
+        frames.append(log_frame(renderer, scene, warp, kind="triangle"))
+    assert (frames[0].passes["shadow_depth"] < 1.0).mean() > 0.2
+    for other in frames[:2]:
+        np.testing.assert_allclose(other.passes["shadow_depth"], frames[2].passes["shadow_depth"], atol=1e-6)
+        assert np.array_equal(other.passes["shadow"], frames[2].passes["shadow"])
+
+
+@pytest.mark.parametrize("warp", ["logpsm", "log"])
+def test_no_crack_opens_between_triangles_that_share_an_edge(renderer, warp):
+    """A level floor in triangles of every size and slope: between its texels none is empty, and its depth is level to float32."""
+    rng = np.random.default_rng(3)
+    corners = np.array([[-15.0, -5.0], [15.0, -5.0], [15.0, 60.0], [-15.0, 60.0]])
+    points = np.concatenate([corners, rng.uniform([-15.0, -5.0], [15.0, 60.0], (300, 2))])
+    triangles = Delaunay(points).simplices
+    scene = scenes.scene_of((np.c_[points, np.zeros(len(points))], triangles))
+    sun = Light("sun", np.array([0.0, 0.0, 1.0]))
+    chosen = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": 1024})
+    frame = renderer.render(scene, CAMERA, sun, chosen, SIZE, ("texel",))
+    depth, projection = frame.passes["shadow_depth"][0], frame.plan.projections[0]
+    expected = ray_depth(scenes.scene_of(scenes.sheet(*(tuple(c) + (0.0,) for c in corners))), projection, 1024)
+    inside = minimum_filter(expected, 5) == maximum_filter(expected, 5)
+    covered = inside & (expected < 1.0)
+    assert covered.mean() > 0.3
+    assert (depth[covered] < 1.0).all()
+    assert np.ptp(depth[covered]) < 1e-5
