@@ -30,11 +30,34 @@ _in_panels_only = (
 )
 
 
+_groups = (
+    tuple(part.OPERATOR for part in _parts) + advise.ALSO,
+    cameras.OPERATORS,
+    (place_sun.OPERATOR, animate_sun.OPERATOR),
+    (*impostors.OPERATORS, *impostor_report.OPERATORS, *impostor_export.OPERATORS),
+)
+
+
+class CAD_SHADOW_MT_render(bpy.types.Menu):
+    """What the extension can do; Blender's search (F3) finds what stands in a menu"""
+
+    bl_idname = "CAD_SHADOW_MT_render"
+    bl_label = "CAD Shadow"
+
+    def draw(self, _context: bpy.types.Context) -> None:
+        """All operators, in groups."""
+        layout = self.layout
+        layout.operator_context = "INVOKE_DEFAULT"
+        for i, group in enumerate(_groups):
+            if i:
+                layout.separator()
+            for operator in group:
+                layout.operator(operator.bl_idname)
+
+
 def _draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.separator()
-    for part in _parts:
-        self.layout.operator_context = "INVOKE_DEFAULT"
-        self.layout.operator(part.OPERATOR.bl_idname)
+    self.layout.menu(CAD_SHADOW_MT_render.bl_idname)
 
 
 def register() -> None:
@@ -43,6 +66,7 @@ def register() -> None:
         bpy.utils.register_class(part.OPERATOR)
     for operator in _in_panels_only:
         bpy.utils.register_class(operator)
+    bpy.utils.register_class(CAD_SHADOW_MT_render)
     bpy.types.TOPBAR_MT_render.append(_draw_menu)
     import_cad.register()
 
@@ -51,6 +75,7 @@ def unregister() -> None:
     """Remove the operators."""
     import_cad.unregister()
     bpy.types.TOPBAR_MT_render.remove(_draw_menu)
+    bpy.utils.unregister_class(CAD_SHADOW_MT_render)
     for operator in _in_panels_only:
         bpy.utils.unregister_class(operator)
     for part in reversed(_parts):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import bpy
+import numpy as np
 from bpy_extras.io_utils import ImportHelper
 
 from .. import cad_files
@@ -81,6 +82,7 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
         if not made:
             return {"CANCELLED"}
         _select(context, made)
+        _show(context, [model.bounds() for model in models])
         self.report({"INFO"}, "Imported " + "; ".join(_summary(m) for m in models))
         return {"FINISHED"}
 
@@ -106,6 +108,21 @@ def _select(context: bpy.types.Context, collections: list[bpy.types.Collection])
     for ob in objects:
         ob.select_set(True)
     context.view_layer.objects.active = next((ob for ob in objects if ob.data is not None), None)
+
+
+def _show(context: bpy.types.Context, bounds: list[np.ndarray]) -> None:
+    """Turn no view, but move each 3D viewport of the window to what was imported, and let it see that far and that near."""
+    if context.window is None or bpy.app.background:
+        return
+    low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
+    size = float(np.linalg.norm(high - low))
+    for area in context.window.screen.areas:
+        if area.type == "VIEW_3D":
+            space = area.spaces.active
+            space.clip_end, space.clip_start = max(space.clip_end, 20.0 * size), min(space.clip_start, max(1e-3 * size, 1e-6))
+            region = next(r for r in area.regions if r.type == "WINDOW")
+            with context.temp_override(area=area, region=region):
+                bpy.ops.view3d.view_selected()
 
 
 def _summary(model: CadModel) -> str:

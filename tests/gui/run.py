@@ -109,8 +109,8 @@ def note_memory(process: subprocess.Popen, path: Path) -> None:
 
 def drive(chroot: Chroot, script: str, steps: list[str]) -> tuple[int | None, str]:
     """Blender with its window through tour.py or stress.py: its exit code (None when it had to be ended) and its log."""
-    for name in ("harness.py", f"{script}.py"):
-        shutil.copy2(HERE / name, chroot.work / name)
+    for path in HERE.glob("*.py"):
+        shutil.copy2(path, chroot.work / path.name)
     log = chroot.work / "out" / "blender.log"
     chroot.environment["HANG_S"] = str(HANG_S[script])
     command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, SIZE), "--no-window-focus",
