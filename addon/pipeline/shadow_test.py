@@ -35,6 +35,7 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
     """Everything the shading program is compiled with for this test: unused tests cost nothing."""
     side = math.isqrt(test.pcf)
     width = float(side) if test.filter_width is None else test.filter_width
+    has_plain_cells = test.depths == 1 and test.filter_unit == "texel" and width == side
     names = {f"TEST_{name.upper().replace('-', '_')}": i for i, name in enumerate(TESTS)}
     names |= {f"BIAS_{name.upper().replace('-', '_')}": i for i, name in enumerate(BIASES)}
     names |= {f"FILTER_{name.upper()}S": i for i, name in enumerate(FILTER_UNITS)}
@@ -53,6 +54,7 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
         "FAR_TEXELS": ID_FAR_TEXELS if test.kind == "id-depth" else FAR_TEXELS,
         "AUTO_TILT": AUTO_TILT,
         "FOOT_TEXELS": FOOT_TEXELS,
+        "SHARED_HEIGHTS": int(test.kind == "depth" and test.bias_strategy == "automatic" and has_plain_cells),
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
     }
 

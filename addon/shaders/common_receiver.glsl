@@ -7,6 +7,8 @@ struct Receiver {
     vec3 normal_ws;          // of its triangle, on the viewer's side
     vec3 light_ws;
     int map;
+    vec4 log_warp;           // of the map, and its log_linear.x: looked up once
+    float log_linear;
     vec4 q;                  // project(map, position)
     vec2 texel;              // 0 ... N
     vec3 step_s, step_t;     // one texel, across the light's ray, metres
@@ -51,6 +53,8 @@ Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 
     r.normal_ws = normal_ws;
     r.light_ws = light_ws;
     r.map = map;
+    r.log_warp = maps[map].log_warp;
+    r.log_linear = maps[map].log_linear.x;
     r.facing = dot(normal_ws, light_ws);
     r.noise_m = noise_m;
     r.ids = ids;
@@ -64,11 +68,10 @@ Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 
 
 // Change of clip_at from the receiver to NDC (s, t, depth).
 vec4 clip_offset(Receiver r, vec3 q) {
-    vec4 l = maps[r.map].log_warp;
     vec3 d = q - r.q.xyz;
-    if (l.w == 0.0) return vec4(d, 0.0);
-    float dw = r.clip.w * (exp2(d.y / l.x) - 1.0);
-    return vec4(l.z == 0.0 ? d.x : q.x * dw + d.x * r.clip.w, maps[r.map].log_linear.x * dw, d.z, dw);
+    if (r.log_warp.w == 0.0) return vec4(d, 0.0);
+    float dw = r.clip.w * (exp2(d.y / r.log_warp.x) - 1.0);
+    return vec4(r.log_warp.z == 0.0 ? d.x : q.x * dw + d.x * r.clip.w, r.log_linear * dw, d.z, dw);
 }
 
 // Metres by which the point of the map at NDC (s, t, depth) stands above the receiver's plane (negative: below).
