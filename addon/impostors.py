@@ -9,6 +9,7 @@ from collections.abc import Hashable
 from concurrent.futures import Future
 from math import radians
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -28,8 +29,17 @@ AS_LONG_AS_THE_USER_WANTS = 1e12
 """How many times over its limit an error may be before geometry is drawn, where it is the user who says when to capture anew."""
 
 
+_groups: WeakKeyDictionary[Scene, tuple[ImpostorGroup, ...]] = WeakKeyDictionary()
+
+
 def groups_of(scene: Scene) -> tuple[ImpostorGroup, ...]:
-    """The impostors marked in a scene, in the order of their first object."""
+    """The impostors marked in a scene, in the order of their first object. Looked up once for each scene."""
+    if scene not in _groups:
+        _groups[scene] = _found(scene)
+    return _groups[scene]
+
+
+def _found(scene: Scene) -> tuple[ImpostorGroup, ...]:
     from .pipeline.impostor_life import ImpostorGroup
 
     members: dict[Mark, list[int]] = {}
@@ -53,7 +63,7 @@ def choice_of(
 
     `fresh`: all captured for this picture, whatever was before (the settings' use 'manual' is not: its textures are the user's).
     """
-    if settings.use == "off" or not any(scene.marks):
+    if settings.use == "off" or not scene.marks or not groups_of(scene):
         return None
     return choice_for(groups_of(scene), settings, fresh=fresh, regenerate=regenerate)
 

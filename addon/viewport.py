@@ -22,6 +22,7 @@ from . import session, sources
 from .errors import Cancelled, UserError
 from .job import Job, Pending, libraries_ready
 from .maths.projection import ShadowPlan
+from .pipeline.frame import Frame
 from .rendering import ENGINE
 from .textures import texture_of
 
@@ -65,6 +66,7 @@ class LiveView:
         self._shows: tuple[str, ShadowPlan | None] = ("shaded", None)  # the display and the maps of the image
         self.region = 0  # the pointer of the region it was drawn in last
         self._is_waiting = False  # for the libraries
+        self._wants_more, self._repeats = False, 0  # impostors wait to be captured by another picture of this view
         self._wanted: tuple | None = None
         self._moved_at = 0.0
         _views.add(self)
@@ -109,7 +111,7 @@ class LiveView:
                 pending.cancel()
             return
         wish = Wish(key, COARSE if now - self._moved_at < STILL_S else 1)
-        if self._shown is not None and self._shown.key == key and self._shown.coarseness <= wish.coarseness:
+        if self._shown is not None and self._shown.key == key and self._shown.coarseness <= wish.coarseness and not self._wants_more:
             return
         self._pending = (wish, Pending(coarser(job, wish.coarseness)))
 
@@ -123,13 +125,19 @@ class LiveView:
             outcome = pending.result()
             self._image = outcome.frame.passes["combined"]
             self._shows = outcome.job.settings.shading.display, outcome.frame.plan
+            self._count_repeats(wish, outcome.frame)
             self._shown, self._texture, self.message = wish, None, ""
             session.remember_impostors(outcome)
         except Cancelled:
             return False
         except UserError as error:
-            self._shown, self.message = Wish(wish.key, 1), str(error)
+            self._shown, self.message, self._wants_more = Wish(wish.key, 1), str(error), False
         return True
+
+    def _count_repeats(self, wish: Wish, frame: Frame) -> None:
+        """Whether the view needs another picture, because it has impostors that wait; at most one for each."""
+        self._repeats = self._repeats + 1 if self._shown == wish else 0
+        self._wants_more = wish.coarseness == 1 and any(r.waits for r in frame.impostors) and self._repeats < len(frame.impostors)
 
     @property
     def needs_redraw(self) -> bool:
@@ -138,6 +146,8 @@ class LiveView:
             return not self._is_waiting or libraries_ready()
         if self._pending is not None:
             return self._pending[1].done()
+        if self._wants_more:
+            return True
         return self._shown is not None and self._shown.coarseness > 1 and time.monotonic() - self._moved_at >= STILL_S
 
     @property

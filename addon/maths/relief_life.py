@@ -107,7 +107,8 @@ class Sight:
 class Action:
     """What to do with one impostor in this frame: the stage to show it in, whether to capture it first, whether to free its texture.
 
-    `reason` is for the report; `fade` the share (0…1] of the new texture while it fades in.
+    `reason` is for the report; `fade` the share (0…1] of the new texture while it fades in; `waits`: it should have been captured, but
+    others went first, and a later frame can do it.
     """
 
     key: Hashable
@@ -116,6 +117,7 @@ class Action:
     evict: bool = False
     reason: str = ""
     fade: float = 1.0
+    waits: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +142,8 @@ def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: L
             actions.append(Action(state.key, "regenerated", regenerate=True, reason=wish.reason, fade=_fade(0, settings)))
         else:
             stage = _while_waiting(state, sight, wish, settings)
-            actions.append(Action(state.key, stage, reason=wish.reason, fade=_fade(state.age + 1, settings)))
+            waits = wish.need > 1.0 and settings.regenerations > 0 and sight.capture_bytes <= settings.memory_bytes
+            actions.append(Action(state.key, stage, reason=wish.reason, fade=_fade(state.age + 1, settings), waits=waits))
     return _within_memory(actions, states, sights, settings)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 import bpy
 
 from .. import session
@@ -21,8 +23,8 @@ LIFE = (
     "impostor_fresh",
 )
 ICONS = {"sprite": "IMAGE_DATA", "warp": "MOD_WARP", "regenerated": "FILE_REFRESH", "geometry": "MESH_DATA", "hidden": "HIDE_ON"}
-COLUMNS = (("Name", 0.46), ("Error", 0.37), ("Limit", 0.42), ("Age", 0.45), ("MiB", 1.0))
-"""The list's columns; each takes its share of what those before it leave."""
+COLUMNS = (("Name", 0.5), ("Error", 0.42), ("Age", 0.46), ("MiB", 1.0))
+"""The list's columns; each takes its share of what those before it leave. The error stands there in per cent of its limit."""
 
 
 def columns(layout: bpy.types.UILayout) -> list[bpy.types.UILayout]:
@@ -32,6 +34,13 @@ def columns(layout: bpy.types.UILayout) -> list[bpy.types.UILayout]:
         rest = rest.split(factor=share, align=True)
         cells.append(rest.row(align=True))
     return [*cells, rest.row(align=True)]
+
+
+def share(state: MarkState) -> str:
+    """The error in per cent of its limit; '–' where nothing is captured."""
+    if state.error is None or state.error == inf:
+        return number(None)
+    return f"{state.error / state.limit:.0%}"
 
 
 def shown_states(context: bpy.types.Context) -> dict[tuple[str, int], MarkState]:
@@ -69,12 +78,10 @@ class CAD_SHADOW_UL_impostors(bpy.types.UIList):
         cells[0].prop(holder, "name", text="", emboss=False, icon=icon)
         if state is None:
             return
-        row = cells[1]
-        row.alert = state.error is not None and state.error > state.limit
-        row.label(text=number(state.error))
-        cells[2].label(text=number(state.limit))
-        cells[3].label(text=str(state.age))
-        cells[4].label(text=f"{state.bytes / MIB:.1f}")
+        cells[1].alert = state.error is not None and state.error > state.limit
+        cells[1].label(text=share(state))
+        cells[2].label(text=str(state.age))
+        cells[3].label(text=f"{state.bytes / MIB:.1f}")
 
     def draw_filter(self, _context: bpy.types.Context, layout: bpy.types.UILayout) -> None:
         """Below the list, when opened."""
@@ -116,21 +123,21 @@ def draw_impostors(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     if not all_marked():
         return
     column = layout.column(align=True)
+    column.label(text="Regenerate", icon="FILE_REFRESH")
     row = column.row(align=True)
-    for target, label in (("ACTIVE", "Regenerate"), ("STALE", "Stale"), ("ALL", "All")):
-        row.operator("cad_shadow.impostor_regenerate", text=label, icon="FILE_REFRESH" if target == "ACTIVE" else "NONE").target = target
-    column.operator("cad_shadow.impostor_report", icon="GRAPH")
+    for target, label in (("ACTIVE", "Chosen"), ("SELECTED", "Selected"), ("STALE", "Stale"), ("ALL", "All")):
+        row.operator("cad_shadow.impostor_regenerate", text=label).target = target
+    layout.operator("cad_shadow.impostor_report", icon="GRAPH")
     layout.prop(context.window_manager, "cad_shadow_impostor_points")
 
 
 def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    manager = context.window_manager
-    head = columns(layout.row())
-    for cell, (label, _) in zip(head, COLUMNS, strict=True):
+    manager, row = context.window_manager, layout.row()
+    table, side = row.column(), row.column(align=True)
+    for cell, (label, _) in zip(columns(table), COLUMNS, strict=True):
         cell.label(text=label)
-    row = layout.row()
-    row.template_list("CAD_SHADOW_UL_impostors", "", manager, ROWS, manager, INDEX, rows=3)
-    side = row.column(align=True)
+    table.template_list("CAD_SHADOW_UL_impostors", "", manager, ROWS, manager, INDEX, rows=3)
+    side.label(text="")
     side.operator("cad_shadow.impostor_create", text="", icon="ADD").target = "OBJECTS"
     side.operator("cad_shadow.impostor_remove", text="", icon="REMOVE").target = "ACTIVE"
     mark = active_mark()
@@ -138,7 +145,9 @@ def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     if mark is None:
         layout.label(text="Click on one for its numbers", icon="INFO")
     elif state is None:
-        paragraph(layout, context, "Not in a picture yet: press Preview", icon="INFO")
+        is_left_out = bool(session.impostors()) or session.last() is not None
+        left_out = "Not in the last picture: hidden, without a surface, or marked since"
+        paragraph(layout, context, left_out if is_left_out else "Not in a picture yet: press Preview", icon="INFO")
     else:
         _draw_state(layout, context, state)
 
@@ -146,10 +155,12 @@ def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 def _draw_state(layout: bpy.types.UILayout, context: bpy.types.Context, state: MarkState) -> None:
     box = layout.box().column(align=True)
     paragraph(box, context, STATES[state.stage] + (f": {state.reason}" if state.reason else ""), icon=ICONS[state.stage])
+    if state.bytes:
+        box.label(text=f"Error {number(state.error)} of {number(state.limit)}")
+        box.label(text=f"Captured {state.age} picture{'s' * (state.age != 1)} ago")
+        box.label(text=f"{state.size[0]} × {state.size[1]} texels, {state.bytes / MIB:.1f} MiB")
     copies = f", {state.copies} copies" if state.copies > 1 else ""
     box.label(text=f"{state.triangles:,} triangles{copies}")
-    if state.bytes:
-        box.label(text=f"{state.size[0]} × {state.size[1]} texels, {state.bytes / MIB:.1f} MiB")
 
 
 def draw_impostor_export(self: bpy.types.Panel, _context: bpy.types.Context) -> None:

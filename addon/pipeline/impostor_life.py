@@ -73,7 +73,7 @@ class ImpostorChoice:
 @dataclass(frozen=True, eq=False)
 class ImpostorReport:
     """One impostor in one frame. `errors` every predictor by name (empty without a texture), `size` texels, `triangles` it stands for.
-    `edges` what the predictors keep of the texture: its frame and critical points."""
+    `edges` what the predictors keep of the texture: its frame and critical points. `waits`: a later frame will capture it."""
 
     key: Hashable
     name: str
@@ -88,6 +88,7 @@ class ImpostorReport:
     bytes: int
     triangles: int
     edges: ReliefEdges | None = None
+    waits: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,6 +243,7 @@ class ImpostorLibrary:
             textures.bytes if textures else 0,
             part.triangles,
             textures.edges if textures else None,
+            action.waits,
         )
 
 
