@@ -7,6 +7,7 @@ from math import radians
 
 import bpy
 
+from .combinations import idle
 from .options import with_options
 from .properties import settings_from
 from .rendering import Request
@@ -37,4 +38,4 @@ class View:
         camera = camera_maker(self.camera, self.view, self.eye, self.target, self.up, half_fov)
         light = light_maker(self.light, self.light_direction)
         name = bpy.data.filepath or "unsaved scene"
-        return Request(name, passes, camera, light, settings, Lens(half_fov, self.near, self.far), self.size)
+        return Request(name, passes, camera, light, settings, Lens(half_fov, self.near, self.far), self.size, idle(options, settings))

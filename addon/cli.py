@@ -17,6 +17,7 @@ from typing import TextIO
 from .cli_batch import run_inputs, run_worker
 from .cli_impostor_options import path_mistake
 from .cli_options import build_parser, joined
+from .combinations import idle, named
 from .errors import SettingsError, UserError
 from .options import with_options
 from .outputs import json_text, write_json
@@ -90,10 +91,19 @@ def overlaid(settings: Settings, content: dict[str, object]) -> Settings:
 
 def chosen_settings(base: Settings, args: argparse.Namespace) -> Settings:
     """The scene's settings, over them the settings file's, over them the command line's. Raises `SettingsError`."""
-    given = {name.removeprefix("option_"): value for name, value in vars(args).items() if name.startswith("option_")}
+    given = _options_of(args)
     if given.get("bias") is not None and "bias_strategy" not in given:
         given["bias_strategy"] = "constant"
     return with_options(overlaid(base, args.from_file), given)
+
+
+def idle_options(settings: Settings, args: argparse.Namespace) -> tuple[str, ...]:
+    """A line for each option of the settings file or the command line that changes nothing in `settings`."""
+    return idle(dict.fromkeys((*named(args.from_file), *_options_of(args))), settings)
+
+
+def _options_of(args: argparse.Namespace) -> dict[str, object]:
+    return {name.removeprefix("option_"): value for name, value in vars(args).items() if name.startswith("option_")}
 
 
 def theory_command(args: argparse.Namespace) -> int:
@@ -122,6 +132,8 @@ def theory_command(args: argparse.Namespace) -> int:
     except UserError as error:
         print(f"cad_shadow theory: {error}", file=sys.stderr)
         return FAILED
+    for line in () if args.quiet else idle_options(settings, args):
+        print(f"cad_shadow theory: {line}", file=sys.stderr)
     if args.json:
         print(json_text(result))
     elif not args.quiet:

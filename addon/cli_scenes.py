@@ -17,7 +17,7 @@ from .batch.items import Item
 from .batch.stamp import request_digest, stamp_of, stamped
 from .batch.workers import Answer
 from .bench import Course, run, text_table
-from .cli import chosen_settings
+from .cli import chosen_settings, idle_options
 from .cli_advise import advise_command
 from .cli_impostors import impostor_command, path_command
 from .cli_sun import sun_study_command
@@ -99,7 +99,8 @@ def request_for(name: str, args: argparse.Namespace, settings: Settings, warning
     half_fov = None if args.fov_y is None else args.fov_y / 2.0
     camera = camera_maker(args.camera, args.view, args.eye, args.target, args.up, half_fov)
     light = light_maker(args.light, args.light_direction)
-    return Request(name, (), camera, light, settings, Lens(half_fov, args.near, args.far), args.size, warnings)
+    complaints = (*warnings, *idle_options(settings, args))
+    return Request(name, (), camera, light, settings, Lens(half_fov, args.near, args.far), args.size, complaints)
 
 
 def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
@@ -120,7 +121,7 @@ def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse
         write_bytes(path, encode_png(light_picture(outcome.job, outcome.frame.plan, LIGHT_VIEW_SIZE)))
         written_files.append(path.name)
     write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
-    return outcome.report, f"{outcome.report['timing_ms']['total'] / 1e3:.2f} s, wrote {', '.join(written_files)}"
+    return outcome.report, f"{outcome.report['timing_ms']['total'] / 1e3:.2f} s, wrote {', '.join(written_files)} to {stem.parent}"
 
 
 def write_data(outcome: Outcome, stem: Path, wanted: tuple[str, ...], kind: str) -> list[str]:

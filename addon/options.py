@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import fields
 
 from .errors import SettingsError
-from .maths.choices import CONVERGENCES, CUTS, FITS, LOG_WARPS, PARTITIONS, WARPS
+from .maths.choices import CONVERGENCES, CUTS, FITS, PARTITIONS, WARPS
 from .option import Option, choice
-from .option_impostors import IMPOSTOR_APPLIES, IMPOSTOR_OPTIONS
+from .option_impostors import IMPOSTOR_OPTIONS
 from .option_words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
@@ -276,21 +276,44 @@ def typed(option: Option, value: object) -> object:
     if value is None and option.is_optional:
         return None
     try:
-        if option.kind == "choice":
-            return type(option.default)(value)
-        if option.kind == "switch" and isinstance(value, bool):
-            return value
-        if option.kind == "count" and int(value) == value and not isinstance(value, bool):
-            return int(value)
-        if option.kind == "number" and not isinstance(value, bool):
-            return float(value)
-        if option.kind == "numbers":
-            return tuple(float(v) for v in (value if isinstance(value, list | tuple) else (value,)))
-        if option.kind == "color" and len(value) == len(option.default):
-            return tuple(float(v) for v in value)
-    except (TypeError, ValueError):
-        pass
-    raise SettingsError(f"'{value}' is not a value for '{option.name}' ({option.kind}).")
+        return _CONVERTERS[option.kind](option, value)
+    except (TypeError, ValueError) as error:
+        raise SettingsError(f"'{value}' is not a value for '{option.name}' ({option.kind}).") from error
+
+
+def _choice(option: Option, value: object) -> object:
+    return type(option.default)(value)
+
+
+def _switch(option: Option, value: object) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError(value)
+    return value
+
+
+def _count(option: Option, value: object) -> int:
+    if isinstance(value, bool) or int(value) != value:
+        raise TypeError(value)
+    return int(value)
+
+
+def _number(option: Option, value: object) -> float:
+    if isinstance(value, bool):
+        raise TypeError(value)
+    return float(value)
+
+
+def _numbers(option: Option, value: object) -> tuple[float, ...]:
+    return tuple(float(v) for v in (value if isinstance(value, list | tuple) else (value,)))
+
+
+def _color(option: Option, value: object) -> tuple[float, ...]:
+    if len(value) != len(option.default):
+        raise ValueError(value)
+    return tuple(float(v) for v in value)
+
+
+_CONVERTERS = {"choice": _choice, "switch": _switch, "count": _count, "number": _number, "numbers": _numbers, "color": _color}
 
 
 def values_of(settings: Settings) -> dict[str, object]:
@@ -302,50 +325,3 @@ def unreached_fields() -> set[tuple[str, str]]:
     """The (group, field) pairs of `Settings` that no option feeds; a test keeps it empty."""
     everything = {(group.name, field.name) for group in fields(Settings) for field in fields(getattr(Settings(), group.name))}
     return everything - {target for option in OPTIONS for target in option.targets}
-
-
-def applies(name: str, values: object) -> bool:
-    """Whether option `name` changes anything, given the other options as attributes of `values`; panels hide what does not."""
-    rule = _APPLIES.get(name)
-    return True if rule is None else rule(values)
-
-
-def unsuited(name: str, identifier: str, light_type: str | None) -> str | None:
-    """Why choosing `identifier` for option `name` means nothing under a light of Blender's type 'SUN', 'SPOT' or 'POINT'; None if it does.
-
-    `light_type` None: there is no light, a sun will be made.
-    """
-    if light_type not in _FINITE:
-        return None
-    kind = light_type.capitalize()
-    if name == "warp" and identifier in LOG_WARPS:
-        return f"{kind} light: drawn as a perspective warp, a logarithm needs a sun"
-    if name == "partition" and light_type == "POINT" and identifier != "none":
-        return "Point light: six maps, one for each side of a cube, not divided further"
-    if name == "partition" and identifier.startswith("faces"):
-        return f"{kind} light: divided in depth only, faces need a sun"
-    return None
-
-
-_FADING = ("lispsm-general", "log", "logpsm")
-_FINITE = ("SPOT", "POINT")
-_APPLIES = {
-    "eta": lambda v: v.warp != "uniform",
-    "warp_parameter": lambda v: v.warp != "uniform",
-    "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
-    "convergence": lambda v: v.warp in _FADING,
-    "partitions": lambda v: v.partition not in ("none", "faces"),
-    "cut": lambda v: v.partition not in ("none", "faces", "faces-z") and v.partitions > 1,
-    "split_weight": lambda v: v.partition == "z-pssm",
-    "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
-    "depths": lambda v: v.test != "triangle",
-    "filter_unit": lambda v: str(v.pcf) != "1",
-    "filter_width": lambda v: str(v.pcf) != "1",
-    "bias_strategy": lambda v: v.test == "depth",
-    "bias": lambda v: v.test == "depth" and v.bias_strategy != "automatic",
-    "epsilon": lambda v: v.test == "id-depth",
-    "epsilon_far": lambda v: v.test != "depth",
-    "id_per_material": lambda v: v.test == "id-depth",
-    "clay": lambda v: not v.use_object_colors,
-    **IMPOSTOR_APPLIES,
-}

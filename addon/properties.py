@@ -12,8 +12,9 @@ import numpy as np
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
+from .combinations import applies
 from .option import Option
-from .options import OPTIONS, applies, with_options
+from .options import OPTIONS, with_options
 from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
 from .pipeline.settings import Settings
 from .sun_properties import CadShadowSun

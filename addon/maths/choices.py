@@ -62,8 +62,8 @@ class PartitionChoice:
     `count` is the number of z partitions; `split_weight` λ of PSSM (1 = logarithmic, 0 = linear; LogPSM 5.60);
     `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4;
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
-    `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the maps do
-    not overlap as the light sees them (`slices.py`).
+    `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the
+    maps do not overlap as the light sees them (`slices.py`).
     """
 
     kind: str = "z-adaptive"
@@ -108,3 +108,22 @@ class FitChoice:
         require_choice("Fit", self.kind, FITS)
         require(16 <= self.size <= 16384, "The map size must lie between 16 and 16384 texels per side.")
         require(0.0 <= self.margin_texels < self.size / 4, "The margin must be smaller than a quarter of the map.")
+
+
+def unsuited(name: str, identifier: str, light_kind: str, is_orthographic: bool = False) -> str | None:
+    """Why `identifier` as 'warp' or 'partition' means nothing under a light of kind 'sun', 'spot' or 'point', or for such a camera.
+
+    None where it does mean something, and for every other option.
+    """
+    kind = light_kind.capitalize()
+    if light_kind != "sun" and name == "warp" and identifier in LOG_WARPS:
+        return f"{kind} light: drawn as a perspective warp, a logarithm needs a sun"
+    if light_kind == "point" and name == "partition" and identifier != "none":
+        return "Point light: six maps, one for each side of a cube, not divided further"
+    if light_kind != "sun" and name == "partition" and identifier.startswith("faces"):
+        return f"{kind} light: divided in depth only, faces need a sun"
+    if is_orthographic and name == "warp" and identifier != "uniform":
+        return "Orthographic camera: sees every depth alike, there is nothing to warp"
+    if is_orthographic and name == "partition" and identifier.startswith("faces"):
+        return "Orthographic camera: divided in depth only, faces fan out from an eye"
+    return None

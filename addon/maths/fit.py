@@ -14,7 +14,7 @@ from math import expm1, inf, log1p, pi, sqrt
 
 import numpy as np
 
-from .choices import FitChoice, PartitionChoice, WarpChoice
+from .choices import FitChoice, PartitionChoice, WarpChoice, unsuited
 from .crop import Casters, Receivers, Warp, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
 from .frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
@@ -133,12 +133,12 @@ def _light_from_world(space: LightSpace, camera: Camera) -> np.ndarray:
 
 
 def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: PartitionChoice) -> tuple[str, ...]:
-    """What the plan could not do as asked."""
+    """What was asked for and means nothing here; a default was not asked for."""
     out = []
-    if light.kind != "sun" and warp.is_logarithmic:
-        out.append(f"The '{warp.kind}' warp needs a sun: the {light.kind} light has the perspective warp of the same n'.")
-    if partition.uses_faces and not _has_faces(camera, light, partition):
-        out.append(f"The '{partition.kind}' partition needs a sun and a perspective camera: the view is divided in depth only.")
+    for name, choice in (("warp", warp), ("partition", partition)):
+        reason = unsuited(name, choice.kind, light.kind, camera.is_orthographic)
+        if reason is not None and choice.kind != type(choice)().kind:
+            out.append(f"The {name} '{choice.kind}' means nothing here. {reason}.")
     return tuple(out)
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..options import BY_NAME, applies, unsuited
+from ..combinations import applies, unsuited
+from ..options import BY_NAME
 from .compatible import ENGINE
 from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors
 from .placing import draw_camera, draw_sun, draw_sun_study

@@ -1,0 +1,94 @@
+"""Which choices mean something together: one rule for panels, command line, scripts and settings files. No bpy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from .maths import choices
+from .option_impostors import IMPOSTOR_APPLIES
+from .options import BY_NAME, OPTIONS, values_of
+from .pipeline.settings import Settings
+
+
+def applies(name: str, values: object) -> bool:
+    """Whether option `name` changes anything, given the other options as attributes of `values`; panels hide what does not."""
+    rule = _APPLIES.get(name)
+    return True if rule is None else rule(values)
+
+
+def unsuited(name: str, identifier: str, light_type: str | None) -> str | None:
+    """Why choosing `identifier` for option `name` means nothing under a light of Blender's type 'SUN', 'SPOT' or 'POINT'; None if it does.
+
+    `light_type` None: there is no light, a sun will be made.
+    """
+    return choices.unsuited(name, identifier, "sun" if light_type is None else light_type.lower())
+
+
+def idle(given: Iterable[str], settings: Settings) -> tuple[str, ...]:
+    """One line for each of the options `given` by name that changes nothing with the others of `settings`, with those that make it so."""
+    values = values_of(settings)
+    lines = []
+    for name in given:
+        read = _Read(values)
+        if name in _APPLIES and not _APPLIES[name](read):
+            because = ", ".join(f"{other} = {_shown(values[other])}" for other in read.names)
+            lines.append(f"'{name}' changes nothing with {because}: leave it out, or change that.")
+    return tuple(lines)
+
+
+def _shown(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def named(content: Mapping[str, object]) -> tuple[str, ...]:
+    """Names of the options that a settings file speaks of: all at its top, and those of its tables that are not the default.
+
+    (Tables are copied whole from a report: what stands at its default there was hardly asked for.)
+    """
+    names = [name.replace("-", "_") for name, value in content.items() if not isinstance(value, Mapping)]
+    for option in OPTIONS:
+        group, field = option.targets[0]
+        table = content.get(group)
+        if isinstance(table, Mapping) and field in table and table[field] != _plain(BY_NAME[option.name].default):
+            names.append(option.name)
+    return tuple(names)
+
+
+def _plain(value: object) -> object:
+    """As TOML would give it."""
+    return list(value) if isinstance(value, tuple) else value
+
+
+class _Read:
+    """The values by attribute, and the names of those that were looked at."""
+
+    def __init__(self, values: dict[str, object]) -> None:
+        self._values = values
+        self.names: dict[str, None] = {}
+
+    def __getattr__(self, name: str) -> object:
+        self.names[name] = None
+        return self._values[name]
+
+
+_FADING = ("lispsm-general", "log", "logpsm")
+_APPLIES = {
+    "eta": lambda v: v.warp != "uniform",
+    "warp_parameter": lambda v: v.warp != "uniform",
+    "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
+    "convergence": lambda v: v.warp in _FADING,
+    "partitions": lambda v: v.partition not in ("none", "faces"),
+    "cut": lambda v: v.partition not in ("none", "faces", "faces-z") and v.partitions > 1,
+    "split_weight": lambda v: v.partition == "z-pssm",
+    "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
+    "depths": lambda v: v.test != "triangle",
+    "filter_unit": lambda v: str(v.pcf) != "1",
+    "filter_width": lambda v: str(v.pcf) != "1",
+    "bias_strategy": lambda v: v.test == "depth",
+    "bias": lambda v: v.test == "depth" and v.bias_strategy != "automatic",
+    "epsilon": lambda v: v.test == "id-depth",
+    "epsilon_far": lambda v: v.test != "depth",
+    "id_per_material": lambda v: v.test == "id-depth",
+    "clay": lambda v: not v.use_object_colors,
+    **IMPOSTOR_APPLIES,
+}
