@@ -17,7 +17,7 @@ import numpy as np
 
 from .view import Camera, Light, gamma_rad
 
-ROUND_BELOW = radians(15.0)   # the blend starts here, or at γ_lim where that is smaller
+ROUND_BELOW = radians(18.0)   # the blend starts here, or at γ_lim where that is smaller
 ROUND_LEAST = radians(4.0)    # but never later than here
 NEAREST = 1e-4                # of its reach: what is nearer to a finite light is not shadowed
 ROUND_CORE = 0.2              # share of that angle in which the rectangle is the circle's square
@@ -100,7 +100,7 @@ def round_core(gamma_lim: float) -> float:
 
 
 def roundness(gamma: float, gamma_lim: float) -> float:
-    """How far the map's rectangle has become the circle's square: 0 from γ_lim (at most 15°) on, 1 in the core round the view axis."""
+    """How far the map's rectangle has become the circle's square: 0 from γ_lim (at most 18°) on, 1 in the core round the view axis."""
     core = round_core(gamma_lim)
     start = core / ROUND_CORE
     return float(np.clip((start - gamma) / (start - core), 0.0, 1.0))

@@ -7,18 +7,23 @@ A camera moves. Along the view axis the warp has no direction, so there it must 
 the size of a texel, which follows f'/n', must not jump from one frame to the next (issue 3: 25 % at 1° a frame). So the strength is the
 largest function of γ below the method's own that nowhere grows faster than `RATE`. T4 (42) itself grows slower than that from γ_lim up
 unless the view is narrow and f/n large (φ = 15°, f/n = 100 just meets it); PSM and the log warps at large f/n fade some degrees earlier.
+
+Where the near side of the frustum turns edge-on to the light (γ = its half angle) the far corner on that side comes level with P's near plane,
+by its distance from the eye times the change of γ, and with 1/w of that corner the map widens. So n' is never so small that w there could
+change by more than `STEP` in a degree.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, degrees, log1p, radians
+from math import ceil, cos, degrees, log1p, radians, sin
 
 from .choices import WarpChoice
 from .warps import warp_depth, warp_parameter
 
 STRONGEST = 1e4   # largest f'/n': beyond it float32 cannot place a texel
 RATE = 0.16       # per degree of γ
+STEP = 0.15       # of ln w of the frustum's far corner, per degree of γ
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,12 +39,16 @@ class Range:
 
 
 def method_strength(choice: WarpChoice, extent: Range, gamma_rad: float) -> float:
-    """ln(f'/n') of the method at γ (T4 (36)), never stronger than for a frustum whose half angle is `side_rad`; 0 for a uniform map."""
+    """ln(f'/n') of the method at γ (T4 (36)), never stronger than for a frustum whose half angle is `side_rad`, nor than the far corner
+    allows; 0 for a uniform map."""
     near, far = extent.near, extent.far
     depth = extent.stretch * warp_depth(near, far, extent.half_fov_rad, gamma_rad)
     own = log1p(depth / warp_parameter(choice, near, far, extent.half_fov_rad, gamma_rad))
     wide = log1p(warp_depth(near, far, extent.side_rad, gamma_rad) / warp_parameter(choice, near, far, extent.side_rad, gamma_rad))
-    return min(own, wide, log1p(STRONGEST))
+    reach = far / cos(extent.side_rad)
+    corner = max(0.0, (1.0 - near / far) * reach * sin(gamma_rad - extent.side_rad))  # from P's near plane to the far corner
+    allowed = log1p(depth / max(reach * radians(1.0) / STEP - corner, depth / STRONGEST))
+    return min(own, wide, allowed)
 
 
 def steady_strength(choice: WarpChoice, extent: Range, gamma_rad: float, core_rad: float) -> float:

@@ -26,6 +26,7 @@ def camera_at(angle_deg):
 
 SUN = Light("sun", -camera_at(0.0).direction_ws)
 NEAR_THE_AXIS = (*np.arange(-7.0, 7.0), *np.arange(173.0, 187.0))
+EDGE_ON = np.arange(36.0, 58.0)  # the near side of the frustum is edge-on to the light at 40°
 ALL_ROUND = np.arange(0.0, 360.0, 30.0)
 
 
@@ -36,9 +37,9 @@ def scene():
     return scenes.scene_of(scenes.floor(20.0), *(scenes.box(*corners) for corners in boxes))
 
 
-def sizes_at(scene, angle_deg, warp, fit):
-    """(K, 3) texel sizes of the default partitioning at one place of the orbit."""
-    s = Settings().replaced(warp={"kind": warp}, fit={"kind": fit, "size": MAP})
+def sizes_at(scene, angle_deg, warp, fit, **partition):
+    """(K, 3) texel sizes of the default partitioning, or another, at one place of the orbit."""
+    s = Settings().replaced(warp={"kind": warp}, fit={"kind": fit, "size": MAP}, partition=partition)
     plan = plan_shadows(camera_at(angle_deg), SUN, s.warp, s.partition, s.fit, receivers_ws=None, scene_bounds_ws=scene.bounds_ws(),
                         caster_bounds_ws=scene.instance_bounds_ws(), image_size=SIZE)
     sizes = texel_sizes(plan, SUN, MAP)
@@ -64,6 +65,14 @@ def test_one_degree_never_changes_a_texel_by_a_quarter_in_any_warp(scene, warp):
     for angle in (*NEAR_THE_AXIS, *ALL_ROUND):
         step = jump(sizes_at(scene, angle, warp, "frustum"), sizes_at(scene, angle + STEP_DEG, warp, "frustum"))
         assert step < LARGEST_JUMP, f"at {angle}°"
+
+
+@pytest.mark.parametrize("fit", ["frustum", "scene"])
+@pytest.mark.parametrize("warp", WARPS)
+def test_one_degree_never_changes_a_texel_by_a_quarter_in_one_map_either(scene, warp, fit):
+    for angle in (*np.arange(0.0, 8.0), *EDGE_ON):
+        sizes = [sizes_at(scene, a, warp, fit, kind="none") for a in (angle, angle + STEP_DEG)]
+        assert jump(*sizes) < LARGEST_JUMP, f"at {angle}°"
 
 
 @pytest.mark.parametrize("fit", ["frustum", "scene", "samples"])
