@@ -2,6 +2,7 @@
 
     python -m benchmarks.quality first-light      uniform against generalised LiSPSM on the deck; samples against scene fit from outside
     python -m benchmarks.quality methods          every warp and partition × every model at 4 Mi texels (hours; --models, --only narrow)
+    python -m benchmarks.quality texels           the size of their texels in the picture, without truth (minutes)
     python -m benchmarks.quality bias             bias strategies over 20 light elevations
     python -m benchmarks.quality exact            triangle-exact test against the depth test
     python -m benchmarks.quality write            docs/quality.md anew from what was measured
@@ -24,7 +25,7 @@ import bpy
 import numpy as np
 
 from addon.pipeline.settings import Settings
-from benchmarks import tables
+from benchmarks import tables, texels
 from benchmarks.measure import kept, measure, read
 from benchmarks.methods import BIAS_METHODS, ELEVATIONS, EXACT_METHODS, FIRST_LIGHT_FIT, FIRST_LIGHT_WARP, METHODS
 from benchmarks.models import available
@@ -68,6 +69,11 @@ def run_methods(choice: Choice) -> None:
     run(choice, "methods", available(), METHODS)
 
 
+def run_texels(choice: Choice) -> None:
+    """The same methods and models by the size of their texels. Always whole: it takes minutes."""
+    texels.write(RESULTS / "texels.jsonl", texels.measure(choice.names(available()), METHODS))
+
+
 def run_bias(choice: Choice) -> None:
     """Issue "Shadow tests", bias: one view per model, 20 elevations."""
     run(choice, "bias", available(), BIAS_METHODS, elevations=ELEVATIONS, only_first_view=True, size=(320, 180))
@@ -79,7 +85,7 @@ def run_exact(choice: Choice) -> None:
 
 
 RUNS: dict[str, Callable[[Choice], None]] = {
-    "first-light": run_first_light, "methods": run_methods, "bias": run_bias, "exact": run_exact}
+    "first-light": run_first_light, "methods": run_methods, "texels": run_texels, "bias": run_bias, "exact": run_exact}
 
 
 def machine() -> str:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import inf
 from pathlib import Path
+from statistics import fmean
 
 from benchmarks.measure import Row, mean, middle, read, where
+from benchmarks.texels import TexelRow
+from benchmarks.texels import read as read_texels
 
 INTRO = """# Quality, measured
 
@@ -82,6 +86,32 @@ def methods(rows: list[Row]) -> str:
             + "\n\nMisclassified % by model (mean of 15 pairs):\n\n" + table(("method", *(Path(m).stem for m in models)), wide))
 
 
+def texels(rows: list[TexelRow]) -> str:
+    """The mean side of a texel by method and class of view, and against one map of as many texels."""
+    sides: dict[str, dict[tuple, float]] = {}
+    for row in rows:
+        sides.setdefault(row.method, {})[row.model, row.view, row.light] = row.side_mean
+    ratio = {(row.model, row.view, row.light): row.depth_ratio for row in rows}
+    base = sides["uniform, one map, scene"]
+    lines = []
+    for name, mine in sides.items():
+        cells: list[object] = [name]
+        for low, high in ((0.0, 15.0), (20.0, inf)):
+            pairs = [pair for pair in mine if low <= ratio[pair] < high]
+            cells += [fmean(mine[p] for p in pairs), fmean(mine[p] for p in pairs) / fmean(base[p] for p in pairs)] if pairs else [None] * 2
+        warp, *_, fit = name.split(", ")
+        one = sides.get(f"{warp}, one map, {fit}", {})
+        against = [mine[p] / one[p] for p in mine if p in one] if "one map" not in name else []
+        by_view = {p[:2]: [mine[q] / one[q] for q in mine if q[:2] == p[:2]] for p in mine} if against else {}
+        lines.append((*cells, fmean(against) if against else None, max(map(fmean, by_view.values())) if against else None,
+                      max(against) if against else None))
+    head = ("method", "at: side px", "of uniform", "along: side px", "of uniform", "against one map", "worst view", "worst pair")
+    return ("## Texels in the picture, 4 Mi texels\n\nMean side of a texel, pixels (√m over the visible points that face the light), no "
+            "truth needed: all models, three views × five lights. *Of uniform*: against one uniform map with the `scene` fit. *Against one "
+            "map*: partitions against one map of the same warp, fit and number of texels; mean, the worst view (mean of its lights), the "
+            "worst pair.\n\n" + table(head, lines))
+
+
 def bias(rows: list[Row]) -> str:
     """Each strategy at its best single value against automatic, by warp and map size."""
     keyed = [(row, *row.method.split(", ")) for row in rows]
@@ -117,7 +147,9 @@ def exact(rows: list[Row]) -> str:
             + table(("test", "shade ms (median)", "acne %"), costs))
 
 
-SECTIONS = {"first-light-warp": first_light_warp, "first-light-fit": first_light_fit, "methods": methods, "bias": bias, "exact": exact}
+SECTIONS = {"first-light-warp": first_light_warp, "first-light-fit": first_light_fit, "methods": methods, "texels": texels, "bias": bias,
+            "exact": exact}
+READERS = {"texels": read_texels}
 
 
 def write(page: Path, results: Path, machine: str) -> None:
@@ -125,7 +157,7 @@ def write(page: Path, results: Path, machine: str) -> None:
     parts = [INTRO]
     for name, section in SECTIONS.items():
         path = results / f"{name}.jsonl"
-        if path.is_file() and (rows := read(path)):
+        if path.is_file() and (rows := READERS.get(name, read)(path)):
             parts.append(section(rows))
         else:
             parts.append(f"*Not measured yet: `{name}`.*")
