@@ -91,6 +91,7 @@ class Sight:
     """One impostor as the current camera sees it. `predicted` in the predictor's unit (inf: the warp does not exist), `covered_px` pixels.
 
     `capture_bytes` is what a capture from here would take (0: none is possible); `geometry_cost`, `impostor_cost` in any one unit.
+    `is_cut`: the view's near distance cuts the object open; what is seen inside is in no texture.
     """
 
     is_visible: bool = True
@@ -101,6 +102,7 @@ class Sight:
     capture_bytes: int = 0
     geometry_cost: float = inf
     impostor_cost: float = 0.0
+    is_cut: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,6 +168,8 @@ def is_dearer(state: ImpostorState, sight: Sight, settings: LifeSettings) -> boo
 def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
     if not sight.is_visible:
         return _Wish("hidden", 0.0, "out of view")
+    if sight.is_cut:
+        return _Wish("geometry", 0.0, "the view's near distance cuts it open")
     if is_dearer(state, sight, settings):
         return _Wish("geometry", 0.0, "the geometry is cheaper")
     can_capture = sight.capture_bytes > 0

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..errors import SceneError
+from ..errors import GpuError, SceneError
 from ..maths.choices import require, require_choice
 from ..maths.relief import CaptureFrame
 from ..maths.relief_beta import Betas, betas
@@ -203,7 +203,7 @@ class ImpostorLibrary:
             return action
         try:
             fresh = capture(self._device, draw_list, part.rows, seen.frame, with_back=choice.with_back, choice=choice.edges)
-        except SceneError as error:
+        except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error))
         old = self._textures.pop(key, None)
@@ -261,6 +261,7 @@ class _Part:
     hull_ws: np.ndarray
     bounds_ws: np.ndarray
     triangles: int
+    scene: Scene
 
     @classmethod
     def of(cls, scene: Scene, group: ImpostorGroup) -> _Part:
@@ -269,9 +270,20 @@ class _Part:
         bounds = scene.instance_bounds_ws()[rows]
         counts = np.array([len(m.triangles) for m in scene.meshes], np.int64)[scene.instances.mesh_index[rows]]
         if not len(bounds):
-            return cls(group, rows, np.empty((0, 3)), np.zeros((2, 3)), 0)
+            return cls(group, rows, np.empty((0, 3)), np.zeros((2, 3)), 0, scene)
         box = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
-        return cls(group, rows, _corners(box), box, int(counts.sum()))
+        return cls(group, rows, _corners(box), box, int(counts.sum()), scene)
+
+    def is_cut(self, camera: Camera) -> bool:
+        """True when the camera's near plane passes through the object: of the triangles that it cuts one sees the inside."""
+        away = -camera.view_from_world[2]
+        if (self.hull_ws @ away[:3] + away[3]).min() >= camera.near:
+            return False
+        instances = self.scene.instances
+        rows = away @ instances.world_from_object[self.rows]
+        meshes = (self.scene.meshes[i].positions for i in instances.mesh_index[self.rows])
+        nearest = (float((mesh @ row[:3].astype(np.float32)).min() + row[3]) for mesh, row in zip(meshes, rows, strict=True))
+        return any(depth < camera.near for depth in nearest)
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,6 +307,8 @@ def _seen(
     except SceneError:
         frame, room, covered = None, 0, 0.0
     dear = part.triangles * choice.triangle_ns if choice.never_dearer else np.inf
+    if part.is_cut(camera):
+        return _Seen(Sight(is_cut=True, covered_px=covered), None, {})
     sight = Sight(True, None, np.inf, 0.0, covered, room, dear, covered * choice.pixel_ns)
     if textures is not None:
         sight = replace(sight, betas=betas(textures.frame, part.hull_ws, camera, size), tilt_rad=tilt_rad(textures.frame, camera))

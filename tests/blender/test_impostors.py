@@ -30,16 +30,16 @@ def ball(cube_scene, blend):
 def view(api, room):
     """What the life cycle makes of the present view (F12 in the settings below captures anew each time)."""
 
-    def draw(**options):
-        result = api.preview(size=SIZE, samples=1, map_size=128, **({"impostor_fresh": False} | options))
+    def draw(**arguments):
+        result = api.preview(size=SIZE, samples=1, map_size=128, **({"impostor_fresh": False} | arguments))
         return result, {report.name: report for report in result.impostors}
 
     yield draw
     room("session").forget()
 
 
-def without(draw, **options):
-    return draw(impostor_use="off", **options)[0]
+def without(draw, **arguments):
+    return draw(impostor_use="off", **arguments)[0]
 
 
 def difference(a, b):
@@ -176,6 +176,15 @@ def test_behind_or_around_the_camera_it_is_geometry(ball, view, place, size):
     shown, reports = view()
     assert reports[ball.name].stage in ("geometry", "hidden")
     assert np.array_equal(shown.combined, without(view).combined)
+
+
+def test_cut_open_by_the_near_distance_it_is_geometry(ball, view, cube_scene):
+    ball.cad_shadow_impostor = True
+    distance = float(-(cube_scene.camera.matrix_world.inverted() @ ball.location).z)
+    shown, reports = view(near=distance)
+    assert reports[ball.name].stage == "geometry" and "near distance" in reports[ball.name].reason
+    assert np.array_equal(shown.combined, without(view, near=distance).combined)
+    assert view(near=distance - 1.05)[1][ball.name].stage == "regenerated", "only just before it"
 
 
 def test_a_flat_object_is_captured_as_flat(cube_scene, view, blend):

@@ -5,6 +5,6 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))  # its folder is known only now
-for name in ("tour_panels", "tour_live", "tour_tools"):  # importing a module takes its steps up
+for name in ("tour_panels", "tour_live", "tour_tools", "tour_impostors"):  # importing a module takes its steps up
     importlib.import_module(name)
 importlib.import_module("harness").run(sys.argv[sys.argv.index("--") + 1 :])
