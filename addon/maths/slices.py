@@ -20,7 +20,7 @@ from math import log, pi, radians, sin
 
 import numpy as np
 
-from .frusta import Body, depth_planes
+from .frusta import Body
 from .light_space import LightSpace, round_core
 
 PER_PARTITION = 4                 # slices of a partition in which its density is spread evenly
@@ -128,16 +128,21 @@ def _finer(splits: np.ndarray) -> np.ndarray:
 
 
 def _of_body(body: Body, fine: np.ndarray, view: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """(heights, share of the density below them): each slice's weight spread evenly over the heights of its vertices."""
-    ranges = []
-    for near, far in zip(fine[:-1], fine[1:], strict=True):
-        vertices = body.clipped(depth_planes(view, near, far)).vertices
-        if len(vertices):
-            u = vertices @ normal
-            ranges.append((u.min(), u.max()))
-    if not ranges:
+    """(heights, share of the density below them): each slice's weight spread evenly over the heights between which the body lies there."""
+    edges = np.array([pair for face in body.faces for pair in zip(face, (*face[1:], face[0]), strict=True)]).reshape(-1, 2, 3)
+    depths, heights = edges @ view, edges @ normal
+    low, high = np.full(len(fine), np.inf), np.full(len(fine), -np.inf)  # of the body's cross-sections at the slices' ends
+    for (d0, d1), (h0, h1) in zip(depths, heights, strict=True):
+        crossed = np.flatnonzero((fine - d0) * (fine - d1) < 0.0)
+        at = h0 + (fine[crossed] - d0) / (d1 - d0) * (h1 - h0) if len(crossed) else 0.0
+        low[crossed], high[crossed] = np.minimum(low[crossed], at), np.maximum(high[crossed], at)
+    low, high = np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:])
+    slot = np.clip(np.searchsorted(fine, depths[:, 0]) - 1, 0, len(low) - 1)  # the corners lie in a slice, or at the range's ends
+    np.minimum.at(low, slot, heights[:, 0])
+    np.maximum.at(high, slot, heights[:, 0])
+    low, high = low[low <= high], high[low <= high]
+    if not len(low):
         return None
-    low, high = np.array(ranges).T
     u = np.unique(np.concatenate([low, high]))
     return u, np.clip((u[:, None] - low) / np.maximum(high - low, 1e-9 * (u[-1] - u[0]) + 1e-300), 0.0, 1.0).mean(axis=1)
 

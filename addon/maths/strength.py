@@ -8,9 +8,9 @@ the size of a texel, which follows f'/n', must not jump from one frame to the ne
 largest function of γ below the method's own that nowhere grows faster than `RATE`. T4 (42) itself grows slower than that from γ_lim up
 unless the view is narrow and f/n large (φ = 15°, f/n = 100 just meets it); PSM and the log warps at large f/n fade some degrees earlier.
 
-Where the near side of the frustum turns edge-on to the light (γ = its half angle) the far corner on that side comes level with P's near plane,
-by its distance from the eye times the change of γ, and with 1/w of that corner the map widens. So n' is never so small that w there could
-change by more than `STEP` in a degree.
+Where the near side of the frustum turns edge-on to the light (γ = its half angle) the far corner on that side comes level with P's near
+plane, by its distance from the eye times the change of γ, and with 1/w of that corner the map widens. So n' is never so small that w there
+could change by more than `STEP` in a degree.
 """
 
 from __future__ import annotations
