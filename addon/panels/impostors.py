@@ -9,6 +9,9 @@ import bpy
 from .. import session
 from ..impostor_marks import INDEX, ROWS, active_mark, all_marked, holder_of
 from ..impostor_states import STATES, MarkState, states
+from ..operators.impostors import has_surface
+from ..snapshot import IMPOSTOR_PROPERTY
+from .compatible import ENGINE
 from .words import number, paragraph
 
 MIB = 1 << 20
@@ -172,11 +175,30 @@ def draw_impostor_export(self: bpy.types.Panel, _context: bpy.types.Context) -> 
     column.operator("cad_shadow.impostor_remove", text="Remove All", icon="X").target = "ALL"
 
 
+def draw_object_mark(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """The mark among an object's switches of visibility, while this engine is chosen."""
+    if context.engine == ENGINE and has_surface(context.object):
+        self.layout.prop(context.object, IMPOSTOR_PROPERTY)
+
+
+def draw_collection_mark(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """The mark among a collection's restrictions, while this engine is chosen."""
+    if context.engine == ENGINE and context.collection != context.scene.collection:
+        self.layout.prop(context.collection, IMPOSTOR_PROPERTY)
+
+
+_MARKS = (("OBJECT_PT_visibility", draw_object_mark), ("COLLECTION_PT_collection_flags", draw_collection_mark))
+
+
 def register() -> None:
-    """Make the list's lines known, before the panels that show them."""
+    """Make the list's lines known, before the panels that show them; show the marks in Blender's own panels."""
     bpy.utils.register_class(CAD_SHADOW_UL_impostors)
+    for panel, draw in _MARKS:
+        getattr(bpy.types, panel).append(draw)
 
 
 def unregister() -> None:
-    """Forget them."""
+    """Take it back."""
+    for panel, draw in _MARKS:
+        getattr(bpy.types, panel).remove(draw)
     bpy.utils.unregister_class(CAD_SHADOW_UL_impostors)
