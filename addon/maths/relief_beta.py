@@ -9,11 +9,12 @@ distances across the view in metres and β_screen is the size of a pixel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from .relief import CaptureFrame, eye_in_plane
+from .relief import CaptureFrame
 from .view import Camera
 
 
@@ -28,29 +29,61 @@ class Betas:
     texel: float
 
 
+@dataclass(frozen=True, eq=False)
+class BoundsSet:
+    """The bounds of T textures' objects as their planes see them: what `betas_of_set` needs, gathered once.
+
+    `points`, `shown` (T, n, 3): the corners and where the sprite shows them, in metres along the plane's axes; `rest` (T, 4) the eye at
+    capture, `middle` (T, 3) the quad's, likewise.
+    """
+
+    plane_from_world: np.ndarray
+    metres: np.ndarray
+    rest: np.ndarray
+    middle: np.ndarray
+    points: np.ndarray
+    shown: np.ndarray
+
+
+def bounds_set(frames: Sequence[CaptureFrame], hulls_ws: Sequence[np.ndarray]) -> BoundsSet:
+    """Stack textures; their hulls (n, 3) must have equally many points."""
+    metres = np.array([[f.texel_m, f.texel_m, 1.0] for f in frames])
+    pairs = [_true_and_shown(f, hull) for f, hull in zip(frames, hulls_ws, strict=True)]
+    scale = np.column_stack([metres, np.ones(len(frames))])
+    return BoundsSet(
+        scale[:, :, None] * np.stack([f.plane_from_world for f in frames]),
+        metres,
+        scale * np.stack([f.eye for f in frames]),
+        metres * np.stack([[*f.centre_uv, 0.0] for f in frames]),
+        metres[:, None] * np.stack([true for true, _ in pairs]),
+        metres[:, None] * np.stack([shown for _, shown in pairs]),
+    )
+
+
+def betas_of_set(bounds: BoundsSet, camera: Camera, size: tuple[int, int]) -> tuple[list[Betas], np.ndarray]:
+    """`betas` and (T,) tilts (the angle by which the view of each quad's centre has turned since its capture, 0…π) of all textures."""
+    far = camera.is_orthographic
+    eye_ws = np.append(-camera.direction_ws, 0.0) if far else np.append(camera.eye_ws, 1.0)
+    eye, rest = bounds.plane_from_world @ eye_ws, bounds.rest
+    then, now = (e[:, :3] - e[:, 3:] * bounds.middle for e in (rest, eye))
+    tilt = np.arctan2(np.linalg.norm(np.cross(then, now), axis=1), (then * now).sum(axis=1))
+    screen, before = beta_screen(camera, size), eye[:, 2] < 0.0
+    total = _largest(bounds, eye)
+    parallel, normal = (np.column_stack([a[:, :2], b[:, 2], np.full(len(eye), eye_ws[3])]) for a, b in ((eye, rest), (rest, eye)))
+    both_near = (rest[:, 3] != 0.0) & (not far)
+    trans_p = np.where(both_near, _largest(bounds, parallel), total)
+    trans_n = np.where(both_near, _largest(bounds, normal), 0.0)
+    texel = bounds.metres[:, 0] / (1.0 if far else np.linalg.norm(now, axis=1))
+    columns = [np.where(before, x, np.inf).tolist() for x in (trans_p, trans_n, total, texel)]
+    return [Betas(screen, *values) for values in zip(*columns, strict=True)], tilt
+
+
 def betas(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera, size: tuple[int, int]) -> Betas:
     """The angles for `camera` with an image of `size` (w, h) pixels; `hull_ws` (n, 3) bounds the object.
 
     Infinite where the eye does not stand before the plane.
     """
-    points, on_plane = _true_and_shown(frame, hull_ws)
-    eye, rest = eye_in_plane(frame, camera), frame.eye
-    middle = np.array([*frame.centre_uv, 0.0])
-    screen = beta_screen(camera, size)
-    if not eye[2] < 0.0:
-        return Betas(screen, np.inf, np.inf, np.inf, np.inf)
-    total = _largest(frame, eye, points, on_plane)
-    if eye[3] == 0.0 or rest[3] == 0.0:
-        texel = frame.texel_m if eye[3] == 0.0 else frame.texel_m / _distance(frame, eye, middle)
-        return Betas(screen, total, 0.0, total, texel)
-    parallel, normal = np.array([*eye[:2], rest[2], 1.0]), np.array([*rest[:2], eye[2], 1.0])
-    return Betas(
-        screen,
-        _largest(frame, parallel, points, on_plane),
-        _largest(frame, normal, points, on_plane),
-        total,
-        frame.texel_m / _distance(frame, eye, middle),
-    )
+    return betas_of_set(bounds_set([frame], [hull_ws]), camera, size)[0][0]
 
 
 def beta_screen(camera: Camera, size: tuple[int, int]) -> float:
@@ -69,21 +102,10 @@ def _true_and_shown(frame: CaptureFrame, hull_ws: np.ndarray) -> tuple[np.ndarra
     return plane[:, :3], shown
 
 
-def _metres(frame: CaptureFrame) -> np.ndarray:
-    """(3,) metres of one unit of u, v, d."""
-    return np.array([frame.texel_m, frame.texel_m, 1.0])
-
-
-def _distance(frame: CaptureFrame, eye: np.ndarray, point: np.ndarray) -> float:
-    """Metres from a finite eye to a point, both in plane coordinates."""
-    return float(np.linalg.norm((point - eye[:3]) * _metres(frame)))
-
-
-def _largest(frame: CaptureFrame, eye: np.ndarray, points: np.ndarray, shown: np.ndarray) -> float:
-    """Largest angle between `points` and `shown` (n, 3) from `eye`; largest distance across the view for an eye at infinity."""
-    metres = _metres(frame)
-    if eye[3] == 0.0:
-        towards = eye[:3] * metres / np.linalg.norm(eye[:3] * metres)
-        return float(np.linalg.norm(np.cross((points - shown) * metres, towards), axis=1).max())
-    a, b = (points - eye[:3]) * metres, (shown - eye[:3]) * metres
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), (a * b).sum(axis=1)).max())
+def _largest(bounds: BoundsSet, eye: np.ndarray) -> np.ndarray:
+    """(T,) largest angle between `points` and `shown` from `eye` (T, 4); largest distance across the view for eyes at infinity."""
+    if not eye[:, 3].any():
+        towards = eye[:, :3] / np.linalg.norm(eye[:, :3], axis=1, keepdims=True)
+        return np.linalg.norm(np.cross(bounds.points - bounds.shown, towards[:, None]), axis=2).max(axis=1)
+    a, b = bounds.points - eye[:, None, :3], bounds.shown - eye[:, None, :3]
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)).max(axis=1)

@@ -52,7 +52,8 @@ class ReliefEdges:
     `whole_written`, `whole_corrected` (6,) the critical pair of the texture.
     `sums` (4, bins, N), `totals` (4, bins, 4): the directional sums of the classes (u, +), (u, −), (v, +), (v, −), strip by strip: with g
     the signed relief step along the axis, `totals` is Σ±|g| and the mean u, v and relief weighted by |g|, and `sums` is
-    Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief). `texels` the mask holds.
+    Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief). `texels` the mask holds, `contour`
+    the pairs across depth edges on the object and across its outline: about √2 times their length in texels.
     """
 
     frame: CaptureFrame
@@ -64,6 +65,12 @@ class ReliefEdges:
     sums: np.ndarray
     totals: np.ndarray
     texels: int
+    contour: int
+
+    @property
+    def contour_share(self) -> float:
+        """Contours per texel of the object: how thin the parts are that its texels show."""
+        return self.contour / self.texels
 
 
 def relief_edges(
@@ -104,6 +111,7 @@ def relief_edges(
         sums,
         totals,
         int(mask.sum()),
+        int((is_edge | ~is_inside).sum()),
     )
 
 

@@ -39,7 +39,9 @@ class LifeSettings:
     `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_rad`
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
-    `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal
+    `resampling`: as what share of wrong pixels the contours per texel count once the texture is warped (with the edge sums); `finest`:
+    with more contours per texel than this the object is finer than its texels, and the geometry is drawn (both fitted to pictures:
+    docs/impostors.md). `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal
     (0: the old texture, whose error was at the limit, is never mixed in; the jump measured is small, docs/impostors.md).
     """
 
@@ -51,6 +53,8 @@ class LifeSettings:
     max_tilt_rad: float = 0.7853981633974483
     hysteresis: float = 0.7
     waiting: float = 1.5
+    resampling: float = 0.12
+    finest: float = 0.35
     regenerations: int = 1
     memory_bytes: int = 256 << 20
     fade_frames: int = 0
@@ -63,6 +67,8 @@ class LifeSettings:
         require(0.0 < self.max_tilt_rad < 1.5, "The largest tilt must lie between 0° and 85°.")
         require(0.0 < self.hysteresis <= 1.0, "The hysteresis must lie above 0 and not above 1.")
         require(1.0 <= self.waiting < inf, "The waiting factor must be at least 1.")
+        require(0.0 <= self.resampling < inf, "The resampling share must be at least 0.")
+        require(self.finest > 0.0, "The finest share of contours must be positive.")
         require(0 <= self.regenerations <= 10000, "Regenerations per frame: 0 to 10000.")
         require(self.memory_bytes > 0, "The texture memory must be positive.")
         require(0 <= self.fade_frames <= 60, "The crossfade takes 0 to 60 frames.")
@@ -92,6 +98,7 @@ class Sight:
 
     `capture_bytes` is what a capture from here would take (0: none is possible); `geometry_cost`, `impostor_cost` in any one unit.
     `is_cut`: the view's near distance cuts the object open; what is seen inside is in no texture.
+    `is_too_fine`: its parts are thinner than the texels of a capture from here resolve.
     """
 
     is_visible: bool = True
@@ -103,6 +110,7 @@ class Sight:
     geometry_cost: float = inf
     impostor_cost: float = 0.0
     is_cut: bool = False
+    is_too_fine: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +152,10 @@ def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: L
             actions.append(Action(state.key, "regenerated", regenerate=True, reason=wish.reason, fade=_fade(0, settings)))
         else:
             stage = _while_waiting(state, sight, wish, settings)
+            evict = state.is_captured and sight.is_too_fine and stage == "geometry"
             waits = wish.need > 1.0 and settings.regenerations > 0 and sight.capture_bytes <= settings.memory_bytes
-            actions.append(Action(state.key, stage, reason=wish.reason, fade=_fade(state.age + 1, settings), waits=waits))
+            fade = _fade(state.age + 1, settings)
+            actions.append(Action(state.key, stage, evict=evict, reason=wish.reason, fade=fade, waits=waits))
     return _within_memory(actions, states, sights, settings)
 
 
@@ -172,6 +182,8 @@ def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
         return _Wish("geometry", 0.0, "the view's near distance cuts it open")
     if is_dearer(state, sight, settings):
         return _Wish("geometry", 0.0, "the geometry is cheaper")
+    if sight.is_too_fine:
+        return _Wish("geometry", 0.0, "finer than its texels")
     can_capture = sight.capture_bytes > 0
     urgent = inf if can_capture else 0.0
     for wrong, reason in (

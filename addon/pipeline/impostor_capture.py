@@ -27,8 +27,8 @@ TILE = 8
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first, with an empty rim), `nearest` of all. `depth_m`, `back_m` (h, w) float32
-    metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows something.
+    `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first, with an empty rim), `nearest` of all. `depth_m`,
+    `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows something.
     """
 
     frame: CaptureFrame

@@ -132,7 +132,8 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     ticket.enter(0.2, "gbuffer")
     impostors, choice = None, request.impostors
     if choice is not None:
-        impostors = library_of(device, choice.fresh).update(request.scene, draw_list, request.camera, request.size, choice)
+        library, samples = library_of(device, choice.fresh), request.settings.shading.samples
+        impostors = library.update(request.scene, draw_list, request.camera, request.size, choice, samples)
     _draw_surfaces(device, request, draw_list, request.camera, impostors)
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")

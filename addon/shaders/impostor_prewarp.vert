@@ -8,15 +8,15 @@ out float v_relief;
 
 const ivec2 CORNERS[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(0, 1), ivec2(0, 1), ivec2(1, 0), ivec2(1, 1));
 
-// Whether a texel shows its own surface in half of it or more.
+// Whether half of a texel or more shows something.
 bool holds(ivec2 cell) {
     vec4 layers = layers_at(cell);
     if (is_empty(layers)) return false;
     if (!is_edge(layers)) return true;
     uint codes = texelFetch(u_edges, texel_at(cell), 0).r;
-    int own = 0;
-    for (int k = 0; k < 4; ++k) own += ((codes >> uint(4 * k)) & 15u) == 0u ? 1 : 0;
-    return own >= 2;
+    int shown = 0;
+    for (int k = 0; k < 4; ++k) shown += ((codes >> uint(4 * k)) & 15u) < 15u ? 1 : 0;
+    return shown >= 2;
 }
 
 void main() {

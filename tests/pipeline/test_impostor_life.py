@@ -8,6 +8,7 @@ import pytest
 from addon.maths.relief_life import LifeSettings
 from addon.pipeline.device import device_of
 from addon.pipeline.impostor_life import ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostor_sights import START_PIXEL_NS
 from addon.pipeline.settings import Settings
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
@@ -98,9 +99,35 @@ def test_without_room_for_a_capture_or_from_among_the_objects_the_geometry_is_dr
 
 
 def test_cheap_geometry_is_never_replaced(film):
-    thrifty = replace(ALL, never_dearer=True)
+    thrifty = replace(ALL, never_dearer=True, triangle_ns=60.0, pixel_ns=150.0)
     assert film(orbit(0.3), thrifty).impostors[0].reason == "the geometry is cheaper"
     assert film(orbit(0.3), replace(thrifty, triangle_ns=1e6)).impostors[0].stage == "regenerated"
+
+
+@pytest.mark.parametrize(("pixel_ns", "stage"), [(1e9, "geometry"), (1e-6, "regenerated")])
+def test_what_the_triangles_cost_is_measured_when_nobody_says_it(film, pixel_ns, stage):
+    """Whatever was measured, it lies between a second and a femtosecond a pixel."""
+    report = film(orbit(0.3), replace(ALL, never_dearer=True, pixel_ns=pixel_ns)).impostors[0]
+    assert report.stage == stage
+
+
+def test_what_an_impostors_pixel_costs_is_measured_at_its_capture(film, renderer):
+    film(orbit(0.3), replace(ALL, never_dearer=True, triangle_ns=1e9))
+    cost = renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).pixel_ns)
+    assert 0.0 < cost < 1e9
+    assert cost != START_PIXEL_NS
+
+
+def test_an_object_thinner_than_its_texels_is_geometry_until_it_is_seen_larger(film):
+    """A fence of rods a fifth of a pixel wide."""
+    rods = [scenes.rod((x, 0.0, 0.0), (x, 0.0, 1.0), 0.004) for x in np.linspace(-1.0, 1.0, 41)]
+    fence = ImpostorChoice((ImpostorGroup("fence", tuple(range(41))),), never_dearer=False)
+    scene = scenes.scene_of(*rods)
+    stages = [film(orbit(0.02 * i), fence, scene).impostors[0] for i in range(4)]
+    assert [r.stage for r in stages] == ["regenerated", "geometry", "geometry", "geometry"]
+    assert stages[2].reason == "finer than its texels"
+    assert stages[2].bytes == 0
+    assert film(orbit(0.06, distance=2.5), fence, scene).impostors[0].stage == "regenerated"
 
 
 def test_a_deleted_object_a_hidden_one_and_one_out_of_view_draw_nothing_and_do_not_fail(film):
