@@ -29,9 +29,12 @@ class CadShadowImpostorRow(bpy.types.PropertyGroup):
 
 
 def holder_of(row: CadShadowImpostorRow) -> bpy.types.ID | None:
-    """The object or collection of a line; None when it is gone or renamed since."""
-    found = (bpy.data.objects if row.kind == "object" else bpy.data.collections).get(row.name)
-    return found if found is not None and str(found.session_uid) == row.uid else None
+    """The object or collection of a line; None when it is gone or no longer marked."""
+    holders = bpy.data.objects if row.kind == "object" else bpy.data.collections
+    found = holders.get(row.name)
+    if found is not None and str(found.session_uid) == row.uid:
+        return found
+    return next((holder for holder in marked(holders) if str(holder.session_uid) == row.uid), None)  # renamed, or from a library
 
 
 def all_marked() -> list[bpy.types.ID]:
@@ -93,11 +96,16 @@ def _after_loading(*_unused: object) -> None:
 _counts: list[tuple[int, int]] = []
 
 
+def _is_out_of_date(row: CadShadowImpostorRow) -> bool:
+    holder = holder_of(row)
+    return holder is None or holder.name != row.name
+
+
 @persistent
 def _after_update(*_unused: object) -> None:
     """Objects may have come, gone or been renamed: look when their number changed or a line has lost its holder."""
     now = [(len(bpy.data.objects), len(bpy.data.collections))]
-    if now != _counts or any(holder_of(row) is None for row in getattr(bpy.context.window_manager, ROWS, ())):
+    if now != _counts or any(_is_out_of_date(row) for row in getattr(bpy.context.window_manager, ROWS, ())):
         _counts[:] = now
         refresh()
 

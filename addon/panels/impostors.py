@@ -26,8 +26,11 @@ LIFE = (
     "impostor_fresh",
 )
 ICONS = {"sprite": "IMAGE_DATA", "warp": "MOD_WARP", "regenerated": "FILE_REFRESH", "geometry": "MESH_DATA", "hidden": "HIDE_ON"}
-COLUMNS = (("Name", 0.5), ("Error", 0.42), ("Age", 0.46), ("MiB", 1.0))
+COLUMNS = (("Name", 0.48), ("Error", 0.4), ("Age", 0.48), ("MiB", 1.0))
 """The list's columns; each takes its share of what those before it leave. The error stands there in per cent of its limit."""
+
+
+_known: list[tuple[tuple[object, ...], str, dict[tuple[str, int], MarkState]]] = []
 
 
 def columns(layout: bpy.types.UILayout) -> list[bpy.types.UILayout]:
@@ -47,8 +50,11 @@ def share(state: MarkState) -> str:
 
 
 def shown_states(context: bpy.types.Context) -> dict[tuple[str, int], MarkState]:
-    """The state of every mark in the last picture."""
-    return states(session.impostors(), context.scene.cad_shadow.impostor_predictor)
+    """The state of every mark in the last picture; reckoned once for all that draws it."""
+    reports, predictor = session.impostors(), context.scene.cad_shadow.impostor_predictor
+    if not _known or _known[0][0] is not reports or _known[0][1] != predictor:
+        _known[:] = [(reports, predictor, states(reports, predictor))]
+    return _known[0][2]
 
 
 class CAD_SHADOW_UL_impostors(bpy.types.UIList):
@@ -140,7 +146,7 @@ def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     for cell, (label, _) in zip(columns(table), COLUMNS, strict=True):
         cell.label(text=label)
     table.template_list("CAD_SHADOW_UL_impostors", "", manager, ROWS, manager, INDEX, rows=3)
-    side.label(text="")
+    side.separator(factor=3.0)
     side.operator("cad_shadow.impostor_create", text="", icon="ADD").target = "OBJECTS"
     side.operator("cad_shadow.impostor_remove", text="", icon="REMOVE").target = "ACTIVE"
     mark = active_mark()
@@ -202,3 +208,4 @@ def unregister() -> None:
     for panel, draw in _MARKS:
         getattr(bpy.types, panel).remove(draw)
     bpy.utils.unregister_class(CAD_SHADOW_UL_impostors)
+    _known.clear()

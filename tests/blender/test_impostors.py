@@ -1,6 +1,7 @@
 """Impostors in Blender: what is marked is drawn from its texture, keeps its identity, and is never shown where it would be wrong."""
 
 import importlib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -254,6 +255,29 @@ def test_f12_the_api_and_the_preview_operator_draw_the_same(ball, view, blend, c
     room("session").forget()
     assert blend.ops.cad_shadow.preview() == {"FINISHED"}
     assert np.array_equal(console, room("session").last().frame.passes["combined"])
+
+
+def test_the_live_view_asks_again_while_impostors_wait_but_not_for_ever(room):
+    viewport = room("viewport")
+    live = viewport.LiveView()
+    try:
+        frame = SimpleNamespace(impostors=(SimpleNamespace(waits=True), SimpleNamespace(waits=False)))
+        asked = []
+        for wish in (viewport.Wish(("a",), 2), *[viewport.Wish(("a",), 1)] * 4, viewport.Wish(("b",), 1)):
+            live._count_repeats(wish, frame)
+            live._shown = wish
+            asked.append(live._wants_more)
+        assert asked == [False, True, True, False, False, True]
+        live._count_repeats(viewport.Wish(("c",), 1), SimpleNamespace(impostors=(SimpleNamespace(waits=False),)))
+        assert not live.needs_redraw
+    finally:
+        live.close()
+
+
+def test_those_that_wait_get_their_turn_one_by_one(ball, view, blend):
+    blend.data.objects["Cube"].cad_shadow_impostor = ball.cad_shadow_impostor = True
+    waiting = [sum(r.waits for r in view()[0].impostors) for _ in range(3)]
+    assert waiting == [1, 0, 0]
 
 
 def select(blend, *objects):
