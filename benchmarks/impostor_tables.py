@@ -36,7 +36,7 @@ def kept(name: str) -> list[dict]:
 def write() -> None:
     """docs/impostors.md from all that was measured."""
     parts = [INTRO]
-    for name, make in (("predictors", _predictors), ("pictures", _pictures), ("life", _life), ("speed", _speed)):
+    for name, make in (("predictors", _predictors), ("pictures", _pictures), ("life", _life), ("orbit", _orbit), ("speed", _speed)):
         rows = kept(name)
         parts.append(make(rows) if rows else f"(`{name}` was not measured.)")
     DOC.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
@@ -150,6 +150,30 @@ def _life(rows: list[dict]) -> str:
         f"## Life\n\nOrbit at 1° a frame, 8 radii, with shadows, 2 × 2 samples, {len({r['model'] for r in rows})} models; degrees "
         "(= frames) per capture, and over the degrees that a sprite lives by Schaufler's β; worst frame over all models; largest jump = "
         "the frame difference at a renewal over the median frame difference.\n\n" + table(head, lines)
+    )
+
+
+def _orbit(rows: list[dict]) -> str:
+    lines = [
+        (
+            r["model"],
+            r["captures"],
+            r["geometry"],
+            r["frames"] / max(r["captures"], 1) / r["sprite_deg"] if r["captures"] > r["geometry"] / 10 else None,
+            r["psnr_median"],
+            r["psnr_min"],
+            r["below_26"],
+            r["jump"],
+            r["true_jump"],
+        )
+        for r in rows
+    ]
+    head = ("model", "captures", "as geometry", "life × sprite's", "PSNR, median", "PSNR, worst", "below 26 dB", "jump", "true jump")
+    return (
+        f"## Orbits\n\n{max(r['frames'] for r in rows)} frames at 1° round each model, 8 radii, with shadows, the default life cycle, two "
+        "texels a pixel, 2 × 2 samples; PSNR over the union of the silhouettes (99 = equal). Jump: the largest frame difference at a "
+        "renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer than "
+        "its texels is drawn as geometry until it is seen from elsewhere.\n\n" + table(head, lines)
     )
 
 

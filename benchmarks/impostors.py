@@ -1,11 +1,13 @@
-"""Relief impostors, measured: `python -m benchmarks.impostors predictors|pictures|life|speed|write [--models NAME…]` → docs/impostors.md.
+"""Relief impostors, measured: `python -m benchmarks.impostors TABLE [--models NAME…]` → docs/impostors.md.
 
     predictors   every predictor against the pixels that a capture has really never seen
     pictures     sprite, forward warp, one layer, two layers, two captures against the geometry, 0…60°, 3…16 radii
     life         an orbit at 1° steps: frames lived, worst picture, jumps; for sprites alone and with several predictors
+    orbit        360° at 1° steps round each model, automatic, as the program does it by default: worst frame, jumps at renewals
     speed        an impostor against its geometry, and 200 predictions
 
-Results go to benchmarks/results/impostors-*.json; `write` (done at the end of each) makes docs/impostors.md from what is there.
+Results go to benchmarks/results/impostors-*.json model by model; `--resume` leaves out those already there. `write` (done at the end of
+each) makes docs/impostors.md from what is there.
 Needs the dev models beside the checkout; no bpy.
 """
 
@@ -13,7 +15,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -31,7 +33,7 @@ from addon.pipeline.settings import Settings
 from benchmarks import impostor_tables
 from benchmarks.impostor_stage import MODELS, Stage, ball_scene, load
 
-SIZE = 240
+SIZE, ORBIT_SIZE = 240, 192
 ANGLES, RADII = (0, 5, 10, 20, 30, 45, 60), (3.0, 8.0, 16.0)
 SPRITE_ONLY = LifeSettings(limit=1e-9, waiting=1e9)
 
@@ -90,12 +92,12 @@ def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
         "sprite only": SPRITE_ONLY,
         **{p: LifeSettings(predictor=p) for p in ("edge_fast_px", "critical", "regions_sum", "regions_max_px")},
     }
-    truths = _film(renderer, scene, degrees, None)[0]
+    truths = _film(renderer, scene, range(degrees), None)[0]
     for way, rules in ways.items():
         group = ImpostorGroup("model", tuple(range(len(scene.object_names))))
         choice = ImpostorChoice((group,), life=rules, never_dearer=False)
         choice = replace(choice, capture=replace(choice.capture, texels_per_pixel=1.0))
-        frames, stages = _film(renderer, scene, degrees, choice)
+        frames, stages = _film(renderer, scene, range(degrees), choice)
         quality = [psnr_db(a, b, u) for (a, u), (b, _) in zip(frames, truths, strict=True)]
         jumps = np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(frames[1:], frames[:-1], strict=True)])
         renewed = np.array([s == "regenerated" for s in stages[1:]])
@@ -115,6 +117,38 @@ def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     return rows
 
 
+def orbit(renderer: Renderer, name: str, degrees: int) -> list[dict]:
+    """The default life cycle round one model: the worst frame, the captures, the frame differences at renewals."""
+    scene = load(name)
+    group = ImpostorGroup("model", tuple(range(len(scene.object_names))))
+    choice = ImpostorChoice((group,), never_dearer=False)
+    choice = replace(choice, capture=replace(choice.capture, texels_per_pixel=1.0))
+    frames, stages = _film(renderer, scene, range(degrees), choice, ORBIT_SIZE)
+    shown = [i for i, stage in enumerate(stages) if stage != "geometry"]
+    truths = list(frames)  # a frame of geometry is its own truth
+    for i, truth in zip(shown, _film(renderer, scene, shown, None, ORBIT_SIZE)[0], strict=True):
+        truths[i] = truth
+    quality = [psnr_db(a, b, u) for (a, u), (b, _) in zip(frames, truths, strict=True)]
+    jumps = np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(frames[1:], frames[:-1], strict=True)])
+    true_jumps = np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(truths[1:], truths[:-1], strict=True)])
+    renewed = np.array([s == "regenerated" for s in stages[1:]])
+    finite = [min(q, 99.0) for q in quality]
+    return [
+        {
+            "model": name,
+            "frames": len(stages),
+            "captures": stages.count("regenerated"),
+            "geometry": stages.count("geometry"),
+            "sprite_deg": _sprite_degrees(Stage(None, scene)),
+            "psnr_min": min(finite),
+            "psnr_median": float(np.median(finite)),
+            "below_26": sum(q < 26.0 for q in quality),
+            "jump": float(jumps[renewed].max() / np.median(jumps)) if renewed.any() else None,
+            "true_jump": float(true_jumps.max() / np.median(true_jumps)),
+        }
+    ]
+
+
 def _sprite_degrees(stage: Stage) -> float:
     """How far the orbit goes on before Schaufler's β exceeds a pixel: the life of a sprite, in degrees."""
     frame = capture_frame(stage.hull, stage.camera(0, 20, 8.0), (SIZE, SIZE))
@@ -126,18 +160,21 @@ def _sprite_degrees(stage: Stage) -> float:
     return low
 
 
-def _film(renderer: Renderer, scene: object, degrees: int, choice: ImpostorChoice | None) -> tuple[list, list[str]]:
-    """[(picture, silhouette)] and the stages of an orbit of so many degrees at 1° a frame; 2 × 2 supersampled."""
+def _film(
+    renderer: Renderer, scene: object, degrees: Sequence[int], choice: ImpostorChoice | None, side: int = SIZE
+) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[str]]:
+    """[(picture, silhouette)] and the stages of an orbit at these degrees; `side` pixels, 2 × 2 samples each."""
     renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
     stage, frames, stages = Stage(None, scene), [], []
-    settings = Settings().replaced(fit={"kind": "scene", "size": 1024}, partition={"kind": "none"})
-    for angle in range(degrees):
+    settings = Settings().replaced(fit={"kind": "scene", "size": 1024}, partition={"kind": "none"}, shading={"samples": 1})
+    blocks = (side, 2, side, 2)
+    for angle in degrees:
         camera = stage.camera(angle, 20, 8.0)
         frame = renderer.render(
-            scene, camera, stage.sun(), settings, (2 * SIZE, 2 * SIZE), ("combined", "object"), measure=False, impostors=choice
+            scene, camera, stage.sun(), settings, (2 * side, 2 * side), ("combined", "object"), measure=False, impostors=choice
         )
-        picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(SIZE, 2, SIZE, 2, 3).mean(axis=(1, 3))
-        frames.append((picture, (frame.passes["object"] >= 0).reshape(SIZE, 2, SIZE, 2).any(axis=(1, 3))))
+        picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(*blocks, 3).mean(axis=(1, 3))
+        frames.append((picture, (frame.passes["object"] >= 0).reshape(blocks).any(axis=(1, 3))))
         stages += [r.stage for r in frame.impostors]
     return frames, stages
 
@@ -186,27 +223,30 @@ def _milliseconds(job: Callable[[], object], repeats: int) -> float:
 def main() -> None:
     """Run one table and write docs/impostors.md."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("table", choices=("predictors", "pictures", "life", "speed", "write"))
+    parser.add_argument("table", choices=("predictors", "pictures", "life", "orbit", "speed", "write"))
     parser.add_argument("--models", nargs="+", default=list(MODELS))
+    parser.add_argument("--resume", action="store_true")
     parser.add_argument("--degrees", type=int, default=360)
     parser.add_argument("--radii", type=float, nargs="+", default=list(RADII))
     chosen = parser.parse_args()
+    done = {row.get("model") for row in impostor_tables.kept(chosen.table)} if chosen.resume else set()
     worker = GpuWorker()
-    rows: list[dict] = []
     if chosen.table == "speed":
-        rows = speed(worker)
-    for name in chosen.models if chosen.table in ("predictors", "pictures", "life") else ():
-        print(name, flush=True)
-        if chosen.table == "life":
-            rows += life(Renderer(worker), name, chosen.degrees)
-        else:
-            measure = {"predictors": predictors, "pictures": lambda stage, n: pictures(stage, n, chosen.radii)}[chosen.table]
-            rows += worker.call(lambda context, m=measure, n=name: m(Stage(device_of(context, worker), load(n)), n))
-        impostor_tables.keep(chosen.table, rows)
-    if rows:
-        impostor_tables.keep(chosen.table, rows)
+        impostor_tables.keep("speed", speed(worker))
+    for name in chosen.models if chosen.table in ("predictors", "pictures", "life", "orbit") else ():
+        if name not in done:
+            print(name, flush=True)
+            impostor_tables.keep(chosen.table, _rows(worker, chosen, name))
     worker.close()
     impostor_tables.write()
+
+
+def _rows(worker: GpuWorker, chosen: argparse.Namespace, name: str) -> list[dict]:
+    """One model's rows of the chosen table."""
+    if chosen.table in ("life", "orbit"):
+        return {"life": life, "orbit": orbit}[chosen.table](Renderer(worker), name, chosen.degrees)
+    measure = {"predictors": predictors, "pictures": lambda stage, n: pictures(stage, n, chosen.radii)}[chosen.table]
+    return worker.call(lambda context: measure(Stage(device_of(context, worker), load(name)), name))
 
 
 if __name__ == "__main__":
