@@ -114,7 +114,13 @@ def filtered(lit: np.ndarray) -> np.ndarray:
     return lit.reshape(len(lit), -1).mean(axis=1)
 
 
-def is_at_foot(height: np.ndarray, round_it: np.ndarray, bias: np.ndarray, most: np.ndarray) -> np.ndarray:
-    """(P,) whether a place counts as lit though its cell's `height` over the receiver's plane exceeds `bias`: what stands there is low
-    (`most` metres), and of the other three cells round the place (`round_it`, (P, 3) heights) one does not exceed it."""
-    return (height <= most) & (round_it.min(axis=1) <= bias)
+def is_dark_between(heights: np.ndarray, dark: np.ndarray, within: np.ndarray, low: np.ndarray, edge: float, foot: float) -> np.ndarray:
+    """(P,) whether a place is dark, from the four cells round it: their `heights` (P, 4) over the receiver's plane and whether each is
+    `dark` (P, 4); own, next in s, next in t, next in both. `within` (P, 2): from the own centre towards the others', 0…0.5 texel.
+
+    Dark iff the bilinear share of the dark cells reaches `edge`, or `foot` where the lowest of them stands at most `low` (P,) metres high.
+    """
+    own = 1.0 - within
+    weights = np.stack([own.prod(axis=1), within[:, 0] * own[:, 1], own[:, 0] * within[:, 1], within.prod(axis=1)], axis=-1)
+    lowest = np.where(dark, heights, np.inf).min(axis=1)
+    return (weights * dark).sum(axis=1) >= np.where(lowest <= low, foot, edge)

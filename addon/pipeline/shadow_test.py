@@ -11,6 +11,7 @@ from .settings import BIASES, FILTER_UNITS, TESTS, TestChoice
 # Numbers of the automatic bias and the exact test, by measurement (docs/shadow_tests.md).
 AUTO_TILT = 0.6
 FOOT_TEXELS = 3.0
+EDGE_SHARE, FOOT_SHARE = 0.5, 0.8
 FAR_TEXELS = 3.0
 ID_FAR_TEXELS = 1.0
 REACH = 1
@@ -54,6 +55,8 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
         "FAR_TEXELS": ID_FAR_TEXELS if test.kind == "id-depth" else FAR_TEXELS,
         "AUTO_TILT": AUTO_TILT,
         "FOOT_TEXELS": FOOT_TEXELS,
+        "EDGE_SHARE": EDGE_SHARE,
+        "FOOT_SHARE": FOOT_SHARE,
         "SHARED_HEIGHTS": int(test.kind == "depth" and test.bias_strategy == "automatic" and has_plain_cells),
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
     }

@@ -23,19 +23,21 @@ uniform usampler2DArray u_cell_ids_0, u_cell_ids_1;
 #endif
 
 #if DEPTHS == 1
-float depth_of(Receiver r, ivec2 cell) { return texelFetch(u_shadow_depth, ivec3(clamped_cell(cell), r.map), 0).r * 2.0 - 1.0; }
+float height_of(Receiver r, ivec2 cell) {
+    ivec3 at = ivec3(clamped_cell(cell), r.map);
+    return height_above(r, vec3(cell_ndc(at.xy), texelFetch(u_shadow_depth, at, 0).r * 2.0 - 1.0));
+}
 
-float height_of(Receiver r, ivec2 cell) { return height_above(r, vec3(cell_ndc(cell), depth_of(r, cell))); }
-
-// At the foot of something low the map cannot tell the lit side from the dark one: of the four cells round the place `at` one shows the
-// receiver's own plane (or what lies below it), another something less than FOOT_TEXELS texels above it. Such a place is lit: a dark dot
-// on a lit crease is seen, a shadow that begins half a texel later is not.
-bool is_at_foot(Receiver r, float bias, vec2 at, ivec2 cell, float height) {
-    if (height > FOOT_TEXELS * footprint_m(r)) return false;
-    vec2 d = at - vec2(cell) - 0.5;
-    ivec2 side = ivec2(d.x < 0.0 ? -1 : 1, d.y < 0.0 ? -1 : 1);
-    float lowest = min(height_of(r, cell + ivec2(side.x, 0)), min(height_of(r, cell + ivec2(0, side.y)), height_of(r, cell + side)));
-    return lowest <= bias;
+// Automatic tests: whether a place is dark follows from the four cells round it, weighted by how near their centres are, so that an edge
+// passes between centres and not along cells. At the foot of something less than FOOT_TEXELS texels above the plane the map cannot tell
+// the lit side from the dark one: there the dark cells must outweigh the lit ones by more, so that no dark dots lie along lit creases.
+// `within`: from the own cell's centre towards the others', 0 ... 0.5. Order: own, next in s, next in t, next in both.
+bool is_dark_between(vec4 heights, bvec4 dark, vec2 within, float low) {
+    vec2 own = 1.0 - within;
+    float share = dot(vec4(dark), vec4(own.x * own.y, within.x * own.y, own.x * within.y, within.x * within.y));
+    vec4 standing = mix(vec4(1e30), heights, vec4(dark));
+    float lowest = min(min(standing.x, standing.y), min(standing.z, standing.w));
+    return share >= (lowest <= low ? FOOT_SHARE : EDGE_SHARE);
 }
 #endif
 
@@ -44,17 +46,27 @@ float light_through(Receiver r, Limits limits, vec2 at) {
     ivec2 cell = ivec2(floor(at));
     ivec3 stored = ivec3(clamped_cell(cell), r.map);
 #if DEPTHS == 1
-    float depth = texelFetch(u_shadow_depth, stored, 0).r * 2.0 - 1.0;
 #if TEST == TEST_ID_DEPTH || BIAS == BIAS_AUTOMATIC
-    float height = height_above(r, vec3(cell_ndc(cell), depth));
-#endif
+    vec2 from_centre = at - vec2(cell) - 0.5;
+    ivec2 side = ivec2(from_centre.x < 0.0 ? -1 : 1, from_centre.y < 0.0 ? -1 : 1);
+    vec4 heights;
+    bvec4 dark;
+    for (int i = 0; i < 4; ++i) {
+        ivec3 place = ivec3(clamped_cell(cell + side * ivec2(i & 1, i >> 1)), r.map);
+        float depth = texelFetch(u_shadow_depth, place, 0).r * 2.0 - 1.0;
+        heights[i] = height_above(r, vec3(cell_ndc(place.xy), depth));
 #if TEST == TEST_ID_DEPTH
-    bool dark = is_dark(r, limits, height, depth, texelFetch(u_shadow_ids, stored, 0).r);
-    return dark && !(u_epsilon < 0.0 && is_at_foot(r, automatic_bias_m(r), at, cell, height)) ? 0.0 : 1.0;
-#elif BIAS == BIAS_AUTOMATIC
-    return height > limits && !is_at_foot(r, limits, at, cell, height) ? 0.0 : 1.0;
+        dark[i] = is_dark(r, limits, heights[i], depth, texelFetch(u_shadow_ids, place, 0).r);
 #else
-    return stands_before(r, limits, cell, depth) ? 0.0 : 1.0;
+        dark[i] = heights[i] > limits;
+#endif
+    }
+#if TEST == TEST_ID_DEPTH
+    if (u_epsilon >= 0.0 || u_epsilon_far >= 0.0) return dark[0] ? 0.0 : 1.0;  // by hand: the text's own cell
+#endif
+    return is_dark_between(heights, dark, abs(from_centre), FOOT_TEXELS * footprint_m(r)) ? 0.0 : 1.0;
+#else
+    return stands_before(r, limits, cell, texelFetch(u_shadow_depth, stored, 0).r * 2.0 - 1.0) ? 0.0 : 1.0;
 #endif
 #else
     vec4 depths[2];

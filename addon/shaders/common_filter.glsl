@@ -33,22 +33,22 @@ float light_at(Receiver r, mat2 on_surface) {
 #include "common_depth_test.glsl"
 
 #if SHARED_HEIGHTS
-// Automatic bias with taps a texel apart: the heights of the cells are looked up once, for the taps and for the foot of each. Counted from
-// the corner away from the receiver's side of its cell, so that the cells round a place are its own and the next.
+// Automatic bias with taps a texel apart: the heights of the cells are looked up once for all taps. Counted from the corner away from the
+// receiver's side of its cell, so that the cells round a place are its own and the next.
 float light_at(Receiver r, mat2 on_surface) {
     const int cells = PCF_SIDE + 1;
     vec2 at = r.texel + tap_offset(mat2(1.0), 0, 0);
     ivec2 cell = ivec2(floor(at));
-    vec2 within = at - vec2(cell);
-    ivec2 side = ivec2(within.x < 0.5 ? -1 : 1, within.y < 0.5 ? -1 : 1);
+    vec2 from_centre = at - vec2(cell) - 0.5;
+    ivec2 side = ivec2(from_centre.x < 0.0 ? -1 : 1, from_centre.y < 0.0 ? -1 : 1);
     ivec2 start = cell + ivec2(side.x < 0 ? PCF_SIDE - 1 : 0, side.y < 0 ? PCF_SIDE - 1 : 0);
     float heights[cells * cells];
     for (int i = 0; i < cells * cells; ++i) heights[i] = height_of(r, start + side * ivec2(i % cells, i / cells));
     float bias = automatic_bias_m(r), low = FOOT_TEXELS * footprint_m(r), lit = 0.0;
     for (int i = 0; i < PCF_SIDE * PCF_SIDE; ++i) {
         int k = i % PCF_SIDE + cells * (i / PCF_SIDE);
-        float others = min(heights[k + 1], min(heights[k + cells], heights[k + cells + 1]));
-        lit += heights[k] <= bias || (heights[k] <= low && others <= bias) ? 1.0 : 0.0;
+        vec4 four = vec4(heights[k], heights[k + 1], heights[k + cells], heights[k + cells + 1]);
+        lit += is_dark_between(four, greaterThan(four, vec4(bias)), abs(from_centre), low) ? 0.0 : 1.0;
     }
     return lit / float(PCF_SIDE * PCF_SIDE);
 }

@@ -6,7 +6,6 @@ import pytest
 from addon.maths import lookup, measure
 from addon.pipeline.renderer import DATA_PASSES
 from addon.pipeline.settings import Settings
-from addon.pipeline.shadow_test import FOOT_TEXELS
 from tests import scenes
 from tests.pipeline import oracle
 
@@ -83,9 +82,9 @@ def test_measured_errors_are_those_of_the_jacobian(renderer, warp, partition, fi
 @pytest.mark.parametrize(("warp", "partition"), PLANS)
 @pytest.mark.parametrize("make", SCENES)
 def test_light_is_what_the_stored_depth_says_of_the_receiver_plane(renderer, make, warp, partition):
-    """Shadow iff the cell's occluder stands above the receiver's plane; heights near the bias, and what is so low that the cells round it
-    have a say (test_shadow_tests.py), are left out."""
-    frame = render(renderer, make(), settings(warp, partition), ("depth", "normal", "shadow", "partition", "texel"))
+    """Shadow iff the cell's occluder stands above the receiver's plane; heights near the bias are left out. (The automatic test asks four
+    cells: test_shadow_tests.py.)"""
+    frame = render(renderer, make(), settings(warp, partition, bias_strategy="receiver-plane", bias=0.5), ("depth", "normal", "shadow", "partition", "texel"))
     seen = np.isfinite(frame.passes["depth"]) & (frame.passes["partition"] >= 0)
     points = surface_points(frame.passes["depth"], CAMERA)[seen[np.isfinite(frame.passes["depth"])]]
     normals = frame.passes["normal"][seen].astype(np.float64)
@@ -111,8 +110,8 @@ def surface_points(depth, camera):
 
 
 def occluder_heights(frame, points, normals, index):
-    """(P,) metres the occluder in each point's own cell stands above the point's plane, and (P,) metres above which it is not low."""
-    out, low = np.empty(len(points)), np.empty(len(points))
+    """(P,) metres the occluder in each point's own cell stands above the point's plane, and (P,) metres far above any bias."""
+    out, high = np.empty(len(points)), np.empty(len(points))
     for i, projection in enumerate(frame.plan.projections):
         here = index == i
         s, t, _, _ = lookup.project(projection, points[here])
@@ -122,5 +121,5 @@ def occluder_heights(frame, points, normals, index):
         occluder = lookup.unproject(projection, centre[:, 0], centre[:, 1], stored.astype(np.float64))
         out[here] = ((occluder - points[here]) * normals[here]).sum(axis=1)
         steps = lookup.texel_footprint(projection, points[here], SUN, MAP)
-        low[here] = 1.01 * FOOT_TEXELS * np.linalg.norm(steps, axis=-1).max(axis=-1)
-    return out, low
+        high[here] = np.linalg.norm(steps, axis=-1).max(axis=-1)
+    return out, high

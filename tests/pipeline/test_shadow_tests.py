@@ -136,15 +136,19 @@ def test_automatic_bias_compares_heights_over_the_receivers_plane(renderer, warp
         there = cell + np.stack([dx * side[:, 0], dy * side[:, 1]], axis=-1)
         return r.heights_m(there, definition.cell_values(depth, there))
 
-    own, others = height(0, 0), np.stack([height(1, 0), height(0, 1), height(1, 1)], axis=-1)
+    heights = np.stack([height(0, 0), height(1, 0), height(0, 1), height(1, 1)], axis=-1)
     steps = texel_footprint(r.projection, r.points_ws, r.light, r.size)
     bias = shadow_test.AUTO_TILT * 0.5 * np.abs((steps * r.normals_ws[:, None]).sum(-1)).sum(-1)
     most = shadow_test.FOOT_TEXELS * r.footprint_m()
-    foot = definition.is_at_foot(own, others, bias, most)
-    clear = (np.abs(own - bias) > 2e-4) & (np.abs(own - most) > 2e-4) & (np.abs(others - bias[:, None]) > 2e-4).all(axis=1)
-    clear &= (np.abs(offset) < 0.49).all(axis=1) & (np.abs(offset) > 0.01).all(axis=1)
-    assert (foot & (own > bias))[clear].any()
-    agree(frame.passes["shadow"][rows, columns], ((own <= bias) | foot).astype(float), clear, least=0.8)
+    shares = shadow_test.EDGE_SHARE, shadow_test.FOOT_SHARE
+    dark, near = heights > bias[:, None], np.abs(offset)
+    expected = definition.is_dark_between(heights, dark, near, most, *shares)
+    clear = (np.abs(heights - bias[:, None]) > 2e-4).all(axis=1) & (np.abs(heights - most[:, None]) > 2e-4).all(axis=1)
+    for nudge in (0.99, 1.01):  # the share is not near its limit
+        clear &= definition.is_dark_between(heights, dark, near, most, *np.multiply(shares, nudge)) == expected
+    clear &= (near < 0.49).all(axis=1) & (near > 0.01).all(axis=1)
+    assert ((expected != dark[:, 0]) & clear).any()
+    agree(frame.passes["shadow"][rows, columns], 1.0 - expected, clear, least=0.8)
 
 
 @pytest.mark.parametrize(("k", "n"), [(4, 1), (4, 2), (9, 1), (9, 2), (4, 3), (9, 4), (4, 8), (25, 3)])
