@@ -36,8 +36,7 @@ METHODS = {
     "frustum fit: lispsm-general, one map": settings("lispsm-general", fit="frustum"),
 }
 
-BIAS_VALUES = {"constant": (0.0003, 0.001, 0.003, 0.01, 0.03), "slope-scaled": (0.5, 1.0, 1.5, 2.5, 4.0),
-               "normal-offset": (0.5, 1.0, 1.5, 2.5), "receiver-plane": (0.0, 0.25, 0.5, 1.0)}
+BIAS_VALUES = {"constant": (0.001, 0.003, 0.01, 0.03), "slope-scaled": (0.5, 1.0, 1.5), "receiver-plane": (0.5, 1.0, 2.0)}
 BIAS_WARPS, BIAS_SIZES, COMPARED_SIZE = ("uniform", "lispsm-general", "logpsm"), (512, 1024, 2048, 4096), 1024
 BIAS_METHODS = {
     f"{name}, {warp}, {size}²": settings(warp, texels=size * size, **test)

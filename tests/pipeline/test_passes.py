@@ -84,7 +84,8 @@ def test_measured_errors_are_those_of_the_jacobian(renderer, warp, partition, fi
 def test_light_is_what_the_stored_depth_says_of_the_receiver_plane(renderer, make, warp, partition):
     """Shadow iff the cell's occluder stands above the receiver's plane; heights near the bias are left out. (The automatic test asks four
     cells: test_shadow_tests.py.)"""
-    frame = render(renderer, make(), settings(warp, partition, bias_strategy="receiver-plane", bias=0.5), ("depth", "normal", "shadow", "partition", "texel"))
+    chosen = settings(warp, partition, bias_strategy="receiver-plane", bias=0.5)
+    frame = render(renderer, make(), chosen, ("depth", "normal", "shadow", "partition", "texel"))
     seen = np.isfinite(frame.passes["depth"]) & (frame.passes["partition"] >= 0)
     points = surface_points(frame.passes["depth"], CAMERA)[seen[np.isfinite(frame.passes["depth"])]]
     normals = frame.passes["normal"][seen].astype(np.float64)
