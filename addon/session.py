@@ -9,10 +9,12 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from . import sources
-from .job import Outcome, stop_worker
+from .job import Outcome, libraries_ready, stop_worker
 
 if TYPE_CHECKING:
     from .pipeline.impostor_life import ImpostorReport
+
+LOAD_AFTER_S = 1.0
 
 _outcomes: list[Outcome] = []
 _impostors: list[tuple[tuple[ImpostorReport, ...], np.ndarray]] = []
@@ -64,13 +66,21 @@ def forget(*_unused: object) -> None:
     sources.forget()
 
 
+def _load_libraries() -> None:
+    libraries_ready()
+
+
 def register() -> None:
-    """Listen for other files being opened."""
+    """Listen for other files being opened; where there is a window, soon begin to import what renders, so that no click waits for it."""
     bpy.app.handlers.load_post.append(forget)
+    if not bpy.app.background:
+        bpy.app.timers.register(_load_libraries, first_interval=LOAD_AFTER_S, persistent=True)
 
 
 def unregister() -> None:
     """Stop the worker thread, free its GL objects, drop all that was kept."""
     bpy.app.handlers.load_post.remove(forget)
+    if bpy.app.timers.is_registered(_load_libraries):
+        bpy.app.timers.unregister(_load_libraries)
     forget()
     stop_worker()

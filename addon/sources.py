@@ -58,30 +58,78 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
 
 def job_for_view(context: bpy.types.Context) -> Job:
     """The job of what the user looks at: the 3D viewport under the mouse or, without one, the largest; else the scene's camera."""
-    depsgraph = context.evaluated_depsgraph_get()
-    size = render_size(context.scene)
-    area = context.area if context.area and context.area.type == "VIEW_3D" and not bpy.app.background else _largest_viewport(context)
-    space = area.spaces.active if area else None
-    scene, sync_ms = _read(view_reader, depsgraph, size, space)
-    scene.bounds_ws()
+    return ViewReading(context).job(context)
+
+
+class ViewReading:
+    """What the user looks at, its scene half read: Blender's part is done. `begin` has the worker do the rest; `job` waits for it."""
+
+    def __init__(self, context: bpy.types.Context) -> None:
+        begin = time.perf_counter()
+        area, crease = _viewport(context), context.scene.cad_shadow.crease_angle
+        space = area.spaces.active if area else None
+        self._collected = view_reader.collect(context.evaluated_depsgraph_get(), crease_angle_rad=crease, space=space)
+        self._collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
+        self._collect_ms = (time.perf_counter() - begin) * 1e3
+        self._future: Future[tuple[Scene, float]] | None = None
+
+    def begin(self) -> None:
+        """Have the scene finished on the worker. Raises `GpuError` when there is none."""
+        self._future = on_worker(self._finished)
+
+    def _finished(self) -> tuple[Scene, float]:
+        begin = time.perf_counter()
+        return self._collected.scene(), (time.perf_counter() - begin) * 1e3
+
+    def done(self) -> bool:
+        """True when `job` will not wait for the worker."""
+        return self._future is not None and self._future.done()
+
+    def cancel(self) -> None:
+        """Give it up where it has not begun."""
+        if self._future is not None:
+            self._future.cancel()
+
+    def job(self, context: bpy.types.Context) -> Job:
+        """The job, with the view and the settings of now. Raises `SceneError` for an empty scene, a missing light or camera."""
+        scene, finish_ms = self._future.result() if self._future is not None else self._finished()
+        view_reader.take(self._collected)
+        scene.bounds_ws()
+        camera, size, camera_warnings = _view_camera(context, scene)
+        light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
+        settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
+        return Job(
+            bpy.data.filepath or "unsaved scene",
+            scene,
+            camera,
+            light,
+            settings,
+            size,
+            ENGINE_PASSES,
+            self._collect_ms + finish_ms,
+            (*scene.warnings, *camera_warnings, *light_warnings),
+            impostors=choice_of(scene, settings.impostor),
+        )
+
+
+def _viewport(context: bpy.types.Context) -> bpy.types.Area | None:
+    """The 3D viewport under the mouse or, without one, the largest; None in background."""
+    is_under_mouse = context.area and context.area.type == "VIEW_3D" and not bpy.app.background
+    return context.area if is_under_mouse else _largest_viewport(context)
+
+
+def _view_camera(context: bpy.types.Context, scene: Scene) -> tuple[Camera, tuple[int, int], tuple[str, ...]]:
+    """The viewport's camera, or the scene's where it looks through it or there is no viewport; the picture's size; warnings."""
+    depsgraph, size, area = context.evaluated_depsgraph_get(), render_size(context.scene), _viewport(context)
     if area is None:
-        camera, camera_warnings = _scene_camera(context.scene, depsgraph, size, scene)
-    else:
-        region = next(r for r in area.regions if r.type == "WINDOW")
-        rv3d = space.region_3d
-        if rv3d.view_perspective == "CAMERA" and context.scene.camera:
-            camera = camera_from_object(context.scene.camera.evaluated_get(depsgraph), depsgraph, size, scene.origin_ws)
-        else:
-            size = (region.width, region.height)
-            camera = camera_from_region(rv3d, space, scene.origin_ws, size)
-        camera_warnings = ()
-    light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
-    warnings = (*scene.warnings, *camera_warnings, *light_warnings)
-    settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
-    impostors = choice_of(scene, settings.impostor)
-    return Job(
-        bpy.data.filepath or "unsaved scene", scene, camera, light, settings, size, ENGINE_PASSES, sync_ms, warnings, impostors=impostors
-    )
+        camera, warnings = _scene_camera(context.scene, depsgraph, size, scene)
+        return camera, size, warnings
+    rv3d = area.spaces.active.region_3d
+    if rv3d.view_perspective == "CAMERA" and context.scene.camera:
+        return camera_from_object(context.scene.camera.evaluated_get(depsgraph), depsgraph, size, scene.origin_ws), size, ()
+    region = next(r for r in area.regions if r.type == "WINDOW")
+    size = (region.width, region.height)
+    return camera_from_region(rv3d, area.spaces.active, scene.origin_ws, size), size, ()
 
 
 class LiveScene:

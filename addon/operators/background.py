@@ -23,15 +23,57 @@ class NeedsMeshes:
         return True
 
 
+class PendingView:
+    """A picture of what the user looks at, from reading the scene on; it is asked as `Pending` is, on the main thread."""
+
+    def __init__(self, context: bpy.types.Context) -> None:
+        self._reading = sources.ViewReading(context)
+        self._reading.begin()
+        self._pending: Pending | None = None
+        self._error: UserError | None = None
+
+    @property
+    def progress(self) -> tuple[float, str]:
+        """How far it is, 0…1, and the stage it is in."""
+        return self._pending.progress if self._pending is not None else (0.0, "reading the scene")
+
+    def done(self) -> bool:
+        """True when `result` will not wait. Asks for the picture when the scene has been read."""
+        if self._pending is None and self._error is None and self._reading.done():
+            self._ask()
+        return self._error is not None or (self._pending is not None and self._pending.done())
+
+    def cancel(self) -> None:
+        """Give it up."""
+        if self._pending is not None:
+            self._pending.cancel()
+        else:
+            self._reading.cancel()
+
+    def result(self) -> Outcome:
+        """The outcome; raises what reading and rendering raise."""
+        if self._pending is None and self._error is None:
+            self._ask()
+        if self._error is not None:
+            raise self._error
+        return self._pending.result()
+
+    def _ask(self) -> None:
+        try:
+            self._pending = Pending(self._reading.job(bpy.context))
+        except UserError as error:
+            self._error = error
+
+
 class JobOperator(NeedsMeshes):
     """Mix-in: makes a job of the current view, runs it, remembers the outcome, and calls `finish(context, outcome)`.
 
     Whoever asks for something else than one picture has a `start` and a `take` of their own.
     """
 
-    def start(self, context: bpy.types.Context) -> Pending:
+    def start(self, context: bpy.types.Context) -> PendingView:
         """Ask the worker; raises `UserError`."""
-        return Pending(sources.job_for_view(context))
+        return PendingView(context)
 
     def take(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Use what `start` asked for."""

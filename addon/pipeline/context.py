@@ -151,6 +151,7 @@ class GpuWorker:
         if context is not None:
             gc.collect()
             _collect(context)
+            context.__exit__(None, None, None)  # no longer current: drivers keep a released context, and its memory, as long as it is
             context.release()
 
 
