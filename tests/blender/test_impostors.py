@@ -229,7 +229,7 @@ def test_its_texture_never_exceeds_the_largest_one_allowed(ball, view, cube_scen
 
 def test_small_objects_are_geometry_unless_asked_otherwise(cube_scene, view, blend):
     blend.data.objects["Cube"].cad_shadow_impostor = True
-    shown, reports = view()
+    shown, reports = view(impostor_fresh=True)
     assert reports["Cube"].stage == "geometry" and "cheaper" in reports["Cube"].reason
     assert np.array_equal(shown.combined, without(view).combined)
 
