@@ -62,10 +62,12 @@ def draw_impostor(
     fade: float = 1.0,
     fade_rest: bool = False,
     fill: bool = True,
+    behind_texels: float = 0.0,
 ) -> None:
     """Draw one impostor over what `target` holds (depth-tested, not cleared). `method`: 'inverse', 'forward' or 'sprite'.
 
     `fade` < 1 draws that share of the pixels, dithered, and with `fade_rest` exactly the others: old and new texture during a crossfade.
+    `fill`: a surface that a nearer part hid at capture goes on behind it. `behind_texels`: with the depth of surfaces so much farther back.
     Raises `SceneError` when the eye does not stand before the impostor's plane.
     """
     frame = impostor.frame
@@ -79,7 +81,8 @@ def draw_impostor(
         source = scratch.source
     program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE, FILL=fill, **DEFINES)
     _set(program, frame, camera, warp, extent, source)
-    set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest))
+    behind = behind_texels * _texel_of_depth(frame)
+    set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
     source.bind()
     target.framebuffer.use()
     device.context.enable_only(moderngl.DEPTH_TEST)
@@ -101,7 +104,7 @@ def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: R
         u_source_w=float(frame.source[3]) * away,
         u_deepest=_deepest(frame),
         u_corner=source.corner,
-        u_continuous=CONTINUOUS_TEXELS * frame.texel_m / abs(float(frame.source[2])),
+        u_continuous=CONTINUOUS_TEXELS * _texel_of_depth(frame),
     )
 
 
@@ -152,6 +155,11 @@ def _render(context: moderngl.Context, program: moderngl.Program, mode: int, ver
     array = context.vertex_array(program, [])
     array.render(mode, vertices=vertices)
     array.release()
+
+
+def _texel_of_depth(frame: CaptureFrame) -> float:
+    """Change of |relief| over a depth of one texel at the plane."""
+    return frame.texel_m / abs(float(frame.source[2]))
 
 
 def _deepest(frame: CaptureFrame) -> float:

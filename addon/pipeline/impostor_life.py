@@ -23,6 +23,7 @@ from .gbuffer_pass import GBuffer, draw_gbuffer
 from .impostor_capture import ImpostorTextures, capture, fingerprint
 from .impostor_draw import METHODS, draw_impostor
 from .impostor_sights import Part, Seen, Sights, View
+from .impostor_views import Views, towards_set
 from .scene import Scene
 
 MODES = ("automatic", "manual")
@@ -45,6 +46,8 @@ class ImpostorChoice:
     'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
     for the break-even (None: measured); `never_dearer` False draws impostors however cheap the geometry is. `exact` also computes
     `edge_sum_px`.
+    `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
+    object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
     `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
     """
 
@@ -61,11 +64,16 @@ class ImpostorChoice:
     never_dearer: bool = True
     exact: bool = False
     fresh: bool = False
+    views: int = 1
+    directions: int = 0
+    fill: bool = True
 
     def __post_init__(self) -> None:
         require_choice("Impostor mode", self.mode, MODES)
         require_choice("Impostor method", self.method, METHODS)
         require(len({g.key for g in self.groups}) == len(self.groups), "Two impostors have the same key.")
+        require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
+        require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
         costs = [cost for cost in (self.triangle_ns, self.pixel_ns) if cost is not None]
         require(all(cost > 0.0 for cost in costs), "The costs of a triangle and of a pixel must be positive.")
 
@@ -93,7 +101,7 @@ class ImpostorReport:
 
 @dataclass(frozen=True, eq=False)
 class DrawnImpostor:
-    """How to draw one impostor in this frame: its texture, and the old one while the new fades in."""
+    """How to draw one impostor in this frame: its texture, the old one while the new fades in, and further views, nearest first."""
 
     textures: ImpostorTextures
     hull_ws: np.ndarray
@@ -102,12 +110,31 @@ class DrawnImpostor:
     fade: float
     old: ImpostorTextures | None
 
+    others: tuple[ImpostorTextures, ...] = ()
+    fill: bool = True
+
     def draw(self, device: Device, target: GBuffer, camera: Camera) -> None:
         """Draw over what `target` holds."""
+        method = "sprite" if self.sprite else self.method
+        if self.others:
+            self._draw_views(device, target, camera)
+            return
         fade = self.fade if self.old is not None else 1.0
-        draw_impostor(device, target, self.textures, self.hull_ws, camera, method="sprite" if self.sprite else self.method, fade=fade)
+        self._draw_one(device, target, camera, self.textures, method=method, fade=fade)
         if self.old is not None and fade < 1.0:
-            draw_impostor(device, target, self.old, self.hull_ws, camera, method=self.method, fade=fade, fade_rest=True)
+            self._draw_one(device, target, camera, self.old, fade=fade, fade_rest=True)
+
+    def _draw_views(self, device: Device, target: GBuffer, camera: Camera) -> None:
+        """The nearest two dithered, the nearer the denser; then all of them a texel farther back, where that left holes."""
+        tilts = [tilt_rad(textures.frame, camera) for textures in (self.textures, self.others[0])]
+        fade = min(0.999, tilts[1] / max(sum(tilts), 1e-9))
+        self._draw_one(device, target, camera, self.textures, fade=fade)
+        self._draw_one(device, target, camera, self.others[0], fade=fade, fade_rest=True)
+        for textures in (self.textures, *self.others):
+            self._draw_one(device, target, camera, textures, behind_texels=1.0)
+
+    def _draw_one(self, device: Device, target: GBuffer, camera: Camera, textures: ImpostorTextures, **how: object) -> None:
+        draw_impostor(device, target, textures, self.hull_ws, camera, **{"method": self.method, "fill": self.fill} | how)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +156,7 @@ class ImpostorLibrary:
         self._states: dict[Hashable, ImpostorState] = {}
         self._textures: dict[Hashable, ImpostorTextures] = {}
         self._old: dict[Hashable, ImpostorTextures] = {}
+        self._views: dict[Hashable, Views] = {}
         self._look = Sights()
 
     def update(
@@ -144,12 +172,18 @@ class ImpostorLibrary:
         view = _view(camera, size, choice, samples)
         if choice.never_dearer and choice.triangle_ns is None:
             self._measure_geometry(parts, draw_list, view)
+        for key, views in self._views.items():
+            self._textures[key] = views.by_nearness(camera)[0]
         sights = self._look.look(parts, [self._textures.get(part.group.key) for part in parts], view)
+        numbers: list[int | None] = [None] * len(parts)
+        if choice.directions:
+            turned = [self._towards_set(part, seen, view, choice) for part, seen in zip(parts, sights, strict=True)]
+            sights, numbers = [seen for seen, _ in turned], [number for _, number in turned]
         actions = _asked(decide(states, [s.sight for s in sights], choice.life), states, sights, choice)
         geometry_rows, drawn, reports = np.ones(len(scene.instances), bool), [], []
-        for part, state, seen, action in zip(parts, states, sights, actions, strict=True):
-            action = self._do(part, seen, action, draw_list, view, choice)
-            self._states[part.group.key] = advance(state, action, seen.sight)
+        for part, state, seen, action, number in zip(parts, states, sights, actions, numbers, strict=True):
+            action = self._do(part, seen, action, draw_list, view, choice, number)
+            self._states[part.group.key] = replace(advance(state, action, seen.sight), bytes=self._bytes(part.group.key))
             if action.stage not in ("geometry", "hidden"):
                 drawn.append(self._drawn(part, action, camera, choice))
             if action.stage != "geometry":
@@ -178,9 +212,17 @@ class ImpostorLibrary:
             self._look.forget(key)
 
     def _drop(self, key: Hashable) -> None:
-        for kept in (self._textures, self._old):
+        self._textures.pop(key, None)
+        for kept in (self._views, self._old):
             if key in kept:
                 kept.pop(key).release()
+
+    def _bytes(self, key: Hashable) -> int:
+        """Texture memory of all captures of an impostor that stay."""
+        return self._views[key].bytes if key in self._views else 0
+
+    def _towards_set(self, part: Part, seen: Seen, view: View, choice: ImpostorChoice) -> tuple[Seen, int | None]:
+        return towards_set(part, seen, self._views.get(part.group.key), view, choice.directions, choice.views)
 
     def _state(self, part: Part, draw_list: DrawList) -> ImpostorState:
         key = part.group.key
@@ -214,8 +256,10 @@ class ImpostorLibrary:
 
         self._look.measure_impostor(covered_px, draw)
 
-    def _do(self, part: Part, seen: Seen, action: Action, draw_list: DrawList, view: View, choice: ImpostorChoice) -> Action:
-        """Capture or evict as decided; a capture that shows nothing turns into geometry."""
+    def _do(
+        self, part: Part, seen: Seen, action: Action, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
+    ) -> Action:
+        """Capture or evict as decided (`number`: which direction of a set); a capture that shows nothing turns into geometry."""
         key = part.group.key
         if action.evict:
             if seen.sight.is_too_fine and key in self._textures:
@@ -230,26 +274,37 @@ class ImpostorLibrary:
         except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error))
-        old = self._textures.pop(key, None)
-        if key in self._old:
-            self._old.pop(key).release()
-        if old is not None:
-            if choice.life.fade_frames and not self._states[key].is_stale and old.fingerprint == fresh.fingerprint:
-                self._old[key] = old
-            else:
-                old.release()
-        self._textures[key] = fresh
+        self._keep(key, fresh, view, choice, number)
         if choice.never_dearer and choice.pixel_ns is None:
             self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.method)
         return action
+
+    def _keep(self, key: Hashable, fresh: ImpostorTextures, view: View, choice: ImpostorChoice, number: int | None) -> None:
+        """Put a new capture among those of its impostor; captures of what the object was before go."""
+        former = self._textures.get(key)
+        if former is not None and former.fingerprint != fresh.fingerprint:
+            self._drop(key)
+        if key in self._old:
+            self._old.pop(key).release()
+        views = self._views.setdefault(key, Views())
+        if choice.life.fade_frames and number is None and choice.views == 1 and views.held:
+            self._old[key] = views.held.popitem()[1]
+        views.make_room(fresh.bytes, choice.life.memory_bytes, view.camera)
+        views.put(number, fresh, choice.views)
+        self._textures[key] = views.by_nearness(view.camera)[0]
 
     def _drawn(self, part: Part, action: Action, camera: Camera, choice: ImpostorChoice) -> DrawnImpostor:
         key = part.group.key
         old = self._old.get(key)
         if old is not None and tilt_rad(old.frame, camera) > choice.life.max_tilt_rad:
             old = None
-        sprite = action.stage == "sprite" or (action.stage == "regenerated" and self._textures[key].frame.is_perspective)
-        return DrawnImpostor(self._textures[key], part.hull_ws, sprite, choice.method, action.fade, old)
+        textures = self._textures[key]
+        at_rest = action.stage == "regenerated" and textures.frame.is_perspective and not choice.directions
+        near = [t for t in self._views[key].by_nearness(camera)[1 : choice.views] if tilt_rad(t.frame, camera) <= choice.life.max_tilt_rad]
+        others = () if at_rest else tuple(near)
+        return DrawnImpostor(
+            textures, part.hull_ws, at_rest or action.stage == "sprite", choice.method, action.fade, old, others, choice.fill
+        )
 
     def _report(self, part: Part, seen: Seen, action: Action, choice: ImpostorChoice) -> ImpostorReport:
         key = part.group.key
@@ -266,7 +321,7 @@ class ImpostorLibrary:
             choice.life.effective_limit,
             seen.sight.tilt_rad,
             size,
-            textures.bytes if textures else 0,
+            self._bytes(key),
             part.triangles,
             textures.edges if textures else None,
             action.waits,

@@ -16,6 +16,7 @@ uniform float u_nearest, u_deepest; // between these the whole surface lies
 uniform float u_continuous;         // steps of a up to this are one surface
 uniform float u_fade;               // share of the pixels to draw, dithered
 uniform int u_fade_rest;            // 1: the other share
+uniform float u_behind;             // depth of a by which to lie farther back than what is seen
 uniform vec2 u_corner;              // plane coordinates of a pre-warped texture's first texel
 layout(location = 0) out float out_view_depth;
 layout(location = 1) out vec2 out_normal;
@@ -57,7 +58,7 @@ void main() {
     if (!hit.found) discard;
     ivec2 texel = texel_at(hit.cell);
     vec4 place = vec4(hit.place, 1.0);
-    vec4 clip = u_clip_from_texel * place;
+    vec4 clip = u_clip_from_texel * vec4(place.xy, place.z + u_behind, 1.0);
     float depth = 0.5 + 0.5 * clip.z / clip.w;
     if (depth < 0.0 || depth > 1.0) discard;
     gl_FragDepth = depth;

@@ -171,3 +171,39 @@ def test_orthographic_cameras_have_impostors_too(film):
     frame, truth = film(orbit(0.4, ortho_height=2.2)), film(orbit(0.4, ortho_height=2.2), choice=None)
     assert frame.impostors[0].stage == "warp"
     assert np.mean(frame.passes["object"] == truth.passes["object"]) > 0.97
+
+
+def test_a_set_of_directions_is_captured_on_the_first_round_and_serves_the_second(film):
+    """Two of 8 × 8 directions at a time: the second time round nothing is captured, and the pictures hold."""
+    choice = replace(ALL, directions=8, views=2, life=LifeSettings(regenerations=2))
+    angles = np.arange(0.0, 2.0 * np.pi, 0.7)
+    first = [film(orbit(angle), choice).impostors[0] for angle in np.repeat(angles, 2)]
+    assert sum(r.stage == "regenerated" for r in first) >= 6
+    assert first[-1].bytes > first[0].bytes
+    for angle in angles:
+        frame = film(orbit(angle), choice)
+        assert frame.impostors[0].stage in ("warp", "sprite")
+        assert frame.impostors[0].bytes == first[-1].bytes
+        assert psnr(frame.passes["combined"], film(orbit(angle), choice=None).passes["combined"]) > 22.0
+
+
+def test_a_set_of_directions_keeps_within_its_memory(film):
+    whole = film(orbit(0.0), replace(ALL, directions=8)).impostors[0].bytes
+    tight = replace(ALL, directions=8, life=LifeSettings(memory_bytes=int(2.5 * whole)))
+    for angle in np.arange(0.0, 2.0 * np.pi, 0.7):
+        report = film(orbit(angle), tight).impostors[0]
+        assert 0 < report.bytes <= 2.5 * whole
+
+
+def test_the_capture_before_is_drawn_beside_the_last_one_where_two_are_wanted(film):
+    """Back to where the first was captured, after a second was asked for elsewhere: what only the first saw is there again."""
+    missing = {}
+    for views in (1, 2):
+        choice = replace(ALL, mode="manual", views=views)
+        film(orbit(0.0), choice)
+        film(orbit(0.6, height=0.1), replace(choice, regenerate=frozenset({"parts"})))
+        there, truth = (film(orbit(0.05), c).passes["object"] for c in (choice, None))
+        seen = (truth >= 0) & (truth < 3)
+        missing[views] = (there != truth)[seen].mean()
+        film(orbit(0.0), replace(choice, groups=()))
+    assert missing[2] < 0.8 * missing[1]

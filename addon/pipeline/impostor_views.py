@@ -1,0 +1,82 @@
+"""The captures of one impostor, where it keeps several: the last ones, or a set of directions round it. Worker thread only.
+
+The nearest to the eye is the one that the life cycle judges. It is drawn together with the next nearest: dithered by how near each is, and
+what neither shows in its own pixels the others fill from one texel farther back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..errors import SceneError
+from ..maths.relief_frame import capture_frame, tilt_rad
+from ..maths.relief_views import nearest_views, view_camera, view_directions
+from ..maths.view import Camera
+from .impostor_capture import ImpostorTextures, capture_bytes
+from .impostor_sights import Part, Seen, View
+
+MISSING = 1.2
+"""A view of the set that is missing counts as an error of this share of the limit: it is captured, and the others are shown meanwhile."""
+
+
+@dataclass(eq=False)
+class Views:
+    """Captures of one impostor by direction (in a set) or by age (rising numbers). Owns their textures."""
+
+    held: dict[int, ImpostorTextures] = field(default_factory=dict)
+
+    @property
+    def bytes(self) -> int:
+        """Texture memory."""
+        return sum(textures.bytes for textures in self.held.values())
+
+    def by_nearness(self, camera: Camera) -> list[ImpostorTextures]:
+        """All, those first of which the view has turned least since their capture."""
+        return sorted(self.held.values(), key=lambda textures: tilt_rad(textures.frame, camera))
+
+    def put(self, number: int | None, textures: ImpostorTextures, keep: int) -> None:
+        """Add a capture; of those without a direction (`number` None) only the last `keep` stay."""
+        place = max(self.held, default=-1) + 1 if number is None else number
+        if place in self.held:
+            self.held[place].release()
+        self.held[place] = textures
+        while number is None and len(self.held) > keep:
+            self.held.pop(min(self.held)).release()
+
+    def make_room(self, needed: int, limit: int, camera: Camera) -> None:
+        """Free the captures farthest from the eye, but the nearest, until `needed` more bytes fit."""
+        for textures in self.by_nearness(camera)[:0:-1]:
+            if self.bytes + needed <= limit:
+                return
+            number = next(n for n, held in self.held.items() if held is textures)
+            self.held.pop(number).release()
+
+    def release(self) -> None:
+        """Free all."""
+        for textures in self.held.values():
+            textures.release()
+        self.held.clear()
+
+
+def towards_set(part: Part, seen: Seen, views: Views | None, view: View, per_side: int, drawn: int) -> tuple[Seen, int | None]:
+    """What the life cycle is to decide on for an impostor with `per_side`² directions, and the direction to capture next.
+
+    Nothing is predicted: a direction among the `drawn` nearest that is missing must be captured, and none else.
+    """
+    if seen.frame is None:
+        return seen, None
+    directions, centre = view_directions(per_side), part.bounds_ws.mean(axis=0)
+    wanted = nearest_views(directions, view.camera, centre, drawn)
+    held = views.held if views is not None else {}
+    missing = [int(n) for n in wanted if int(n) not in held]
+    number = missing[0] if missing else int(wanted[0])
+    try:
+        frame = capture_frame(part.hull_ws, view_camera(view.camera, centre, directions[number]), view.size, view.capture)
+    except SceneError:
+        return seen, None
+    error = view.life.effective_limit * MISSING if missing else 0.0
+    predicted = error if seen.sight.predicted < np.inf else np.inf
+    room = min(capture_bytes(frame) + (views.bytes if views is not None else 0), view.life.memory_bytes)
+    return replace(seen, sight=replace(seen.sight, predicted=predicted, capture_bytes=room), frame=frame), number
