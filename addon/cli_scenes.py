@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from . import presets, register, unregister
 from .batch.items import Item
@@ -21,6 +20,7 @@ from .cli import chosen_settings, idle_options
 from .cli_advise import advise_command
 from .cli_impostors import impostor_command, path_command
 from .cli_sun import sun_study_command
+from .comparing import against_truth, sentence
 from .errors import UserError
 from .images.png import encode_png
 from .inputs import open_deck, open_input
@@ -33,7 +33,6 @@ from .pipeline.settings import PASSES, Settings
 from .properties import settings_from
 from .rendering import Request, render
 from .report import failed_report
-from .truth import TruthTracer, compare
 from .truth.compare import COMPARED_PASSES
 from .views import Lens, camera_maker, light_maker
 
@@ -159,14 +158,10 @@ def compare_command(scene: bpy.types.Scene, request: Request, stem: Path, args: 
     """Render, trace rays through the same pixel centres, count the differences."""
     request.passes = COMPARED_PASSES
     outcome = render(scene, request)
-    job = outcome.job
-    tracer = TruthTracer(job.scene)
-    truth = tracer.trace(job.camera, job.light, job.size)
-    metrics, difference = compare(outcome.frame, truth, job.camera, job.light, job.settings.fit.size, tracer)
-    report = {**outcome.report, "truth": metrics}
-    write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(np.rint(255.0 * difference).astype(np.uint8)))
-    write_json(stem.with_name(f"{stem.name}_report.json"), report)
-    return report, f"{metrics['misclassified_pct']:.3f} % misclassified, acne {metrics['acne_pct']:.3f} %, leak {metrics['leak_pct']:.3f} %"
+    difference = against_truth(outcome)
+    write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(difference))
+    write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
+    return outcome.report, sentence(outcome.report["truth"])
 
 
 def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:

@@ -54,7 +54,7 @@ def sun_study_command(scene: bpy.types.Scene, request: Request, stem: Path, args
     }
     report = {**reports[highest], "sun_study": study}
     write_json(stem.with_name(f"{stem.name}_report.json"), report)
-    return report, f"{len(day)} pictures, {day[0].time} to {day[-1].time} (UTC{clock.utc_offset_h:+g}), wrote {sheet.name}"
+    return report, f"{len(day)} pictures, {day[0].time} to {day[-1].time} (UTC{clock.utc_offset_h:+g}), wrote {sheet}"
 
 
 @contextmanager

@@ -23,7 +23,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
 SIZE = (1600, 1200)
-LIMIT_S = {"tour": 900, "stress": 3000}
+LIMIT_S = {"tour": 1800, "stress": 3000}
 HANG_S = {"tour": 120, "stress": 600}  # Blender alone may take minutes for the first drawing of a million triangles
 MODULE = "bl_ext.user_default.cad_shadow_preview"
 # What in Blender's log is a defect of ours.
@@ -107,13 +107,13 @@ def note_memory(process: subprocess.Popen, path: Path) -> None:
         time.sleep(0.5)
 
 
-def drive(chroot: Chroot, script: str, steps: list[str]) -> tuple[int | None, str]:
+def drive(chroot: Chroot, script: str, steps: list[str], size: tuple[int, int]) -> tuple[int | None, str]:
     """Blender with its window through tour.py or stress.py: its exit code (None when it had to be ended) and its log."""
     for path in HERE.glob("*.py"):
         shutil.copy2(path, chroot.work / path.name)
     log = chroot.work / "out" / "blender.log"
     chroot.environment["HANG_S"] = str(HANG_S[script])
-    command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, SIZE), "--no-window-focus",
+    command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, size), "--no-window-focus",
                "--python", chroot.inside(chroot.work / f"{script}.py"), "--", *steps]
     with log.open("w") as file:
         process = chroot.start(command, stdout=file, stderr=subprocess.STDOUT)
@@ -147,6 +147,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="./dev gui-test", description="The extension in a real Blender window.")
     parser.add_argument("steps", nargs="*", help="only these steps of tests/gui/tour.py (default: all); 'stress': tests/gui/stress.py")
     parser.add_argument("--suite", default="trixie", choices=["trixie", "sid"], help="the Debian whose Blender is used (default: trixie)")
+    parser.add_argument("--size", type=lambda text: tuple(map(int, text.split("x"))), default=SIZE, help="the window's, default 1600x1200")
     options = parser.parse_args()
     root = CACHE / options.suite
     subprocess.run([HERE / "setup_root.sh", root, options.suite], check=True)
@@ -154,11 +155,12 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="gui-test-", dir=root) as folder:
         chroot = Chroot(root, Path(folder))
         install(chroot, build_package(Path(folder, "home")))
-        with screen(chroot, SIZE):
+        with screen(chroot, options.size):
             script, steps = ("stress", options.steps[1:]) if options.steps[:1] == ["stress"] else ("tour", options.steps)
-            code, log = drive(chroot, script, steps)
+            code, log = drive(chroot, script, steps, options.size)
         folder = chroot.work / "out" / "faces"
-        faces = same_from_every_face(chroot.run, folder, chroot.inside(folder)) if (folder / "f12.exr").is_file() else []
+        has_f12 = code == 0 and (folder / "f12.exr").is_file()
+        faces = same_from_every_face(chroot.run, folder, chroot.inside(folder)) if has_f12 else []
         shutil.rmtree(output, ignore_errors=True)
         shutil.copytree(chroot.work / "out", output)
     result = output / "result.json"

@@ -76,13 +76,20 @@ def fresh() -> Generator:
     yield from settle()
 
 
+def say(what: str) -> None:
+    """Into Blender's log: what begins, when, and with how much memory."""
+    print(f"{time.strftime('%H:%M:%S')} {int((OUT / 'memory').read_text()) >> 20} MiB, {what}", flush=True)
+
+
 def work(previews: int, registrations: int, files: int, undos: int) -> Generator:
     """So many of each, in the live view."""
     yield from fresh()
+    say(f"{previews} previews")
     for _ in range(previews):
         preview()
         yield 0.0
     yield from close_extra_windows()
+    say(f"{registrations} registrations")
     addon_utils = importlib.import_module("addon_utils")
     for _ in range(registrations):
         addon_utils.disable(MODULE, default_set=True)
@@ -94,12 +101,14 @@ def work(previews: int, registrations: int, files: int, undos: int) -> Generator
     for i, name in enumerate(names):
         bpy.context.scene.objects["Cube"].scale.x = i + 1.0
         bpy.ops.wm.save_as_mainfile(filepath=str(name), copy=True)
+    say(f"{files} files")
     for i in range(files):
         bpy.ops.wm.open_mainfile(filepath=str(names[i % 2]), load_ui=False)
         view().spaces.active.shading.type = "RENDERED"
         yield 0.1
     for name in names:
         name.unlink()
+    say(f"{undos} undos")
     yield from undo_and_redo(undos)
     yield from fresh()
 
