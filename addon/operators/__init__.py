@@ -7,6 +7,7 @@ from . import (
     analyse,
     animate_sun,
     cameras,
+    compare,
     export_report,
     import_cad,
     impostor_export,
@@ -18,7 +19,7 @@ from . import (
     sun_study,
 )
 
-_parts = (preview, analyse, light_view, sun_study, advise, export_report)
+_parts = (preview, analyse, compare, light_view, sun_study, advise, export_report)
 _in_panels_only = (
     *advise.ALSO,
     *cameras.OPERATORS,

@@ -32,6 +32,17 @@ def _measured(layout: bpy.types.UILayout, measured: dict[str, object]) -> None:
     _row(box, "Above 1", "–" if share is None else f"{100 * share:.1f} % of pixels")
 
 
+def _truth(layout: bpy.types.UILayout, truth: dict[str, object]) -> None:
+    box = layout.box().column(align=True)
+    box.label(text="Against rays (% of lit-facing pixels)")
+    for key, label in (("misclassified_pct", "Wrong"), ("acne_pct", "Acne"), ("leak_pct", "Leaks")):
+        _row(box, label, number(truth[key], " %"))
+    _row(box, "Edges off, median", number(truth["edge_px_median"], " px"))
+    _row(box, "Edges off, 95 %", number(truth["edge_px_p95"], " px"))
+    for part in truth["partitions"] if len(truth["partitions"]) > 1 else ():
+        _row(box, f"Map {part['index'] + 1} wrong", number(part["misclassified_pct"], " %"))
+
+
 def _partition(layout: bpy.types.UILayout, part: dict[str, object]) -> None:
     box = layout.box().column(align=True)
     box.label(text=f"Map {part['index'] + 1}: {number(part['near'])} … {number(part['far'], ' m')}")
@@ -66,6 +77,8 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
         _row(column, "Triangles", f"{report['geometry']['triangles']:,}")
         if report["measured"]:
             _measured(layout, report["measured"])
+        if "truth" in report:
+            _truth(layout, report["truth"])
         for part in report["partitions"]:
             _partition(layout, part)
         for warning in report["warnings"]:

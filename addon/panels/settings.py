@@ -104,6 +104,7 @@ def draw_preview(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     column.scale_y = 1.4
     column.operator("cad_shadow.preview", icon="RENDER_STILL")
     self.layout.operator("cad_shadow.analyse", icon="GRAPH")
+    self.layout.operator("cad_shadow.compare", icon="IMAGE_ALPHA")
     self.layout.operator("cad_shadow.light_view", icon="LIGHT_SUN")
     draw_options("display", "samples")(self, context)
     self.layout.prop(context.window_manager, "cad_shadow_overlay")

@@ -1,0 +1,32 @@
+"""A picture that was made, against the truth of rays: what `compare` on the command line and in the window both do. No bpy of its own."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .errors import SceneError
+from .job import Outcome
+from .truth import TruthTracer, compare
+
+
+def against_truth(outcome: Outcome) -> np.ndarray:
+    """Trace the outcome's view, add the contract's `truth` to its report, and return the difference image (h, w, 3) uint8.
+
+    The frame must have `addon.truth.compare.COMPARED_PASSES`. Seconds per million triangles and per million pixels; any thread.
+    Raises `SceneError` without a light, or where the picture shows other surfaces than the scene has (impostors).
+    """
+    job = outcome.job
+    if job.light is None:
+        raise SceneError("There is no shadow to compare: the scene has no light. Add one, or choose a direction.")
+    tracer = TruthTracer(job.scene)
+    truth = tracer.trace(job.camera, job.light, job.size)
+    metrics, difference = compare(outcome.frame, truth, job.camera, job.light, job.settings.fit.size, tracer)
+    outcome.report["truth"] = metrics
+    return np.rint(255.0 * difference).astype(np.uint8)
+
+
+def sentence(truth: dict[str, object]) -> str:
+    """The contract's `truth` in a line."""
+    if not truth["pixels"]:
+        return "nothing to compare: no surface in view faces the light"
+    return f"{truth['misclassified_pct']:.3f} % misclassified, acne {truth['acne_pct']:.3f} %, leak {truth['leak_pct']:.3f} %"
