@@ -112,11 +112,16 @@ def choice_for(
 
 def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> list[BakedImpostor | SceneError | GpuError]:
     """The impostors of `groups` captured from the job's camera, read back, waited for; in the place of one that could not be, its error."""
+    return baking(job, groups, unlit).result()
+
+
+def baking(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> Future[list[BakedImpostor | SceneError | GpuError]]:
+    """The same, not waited for."""
     from .pipeline.impostor_bake import bake_all
     from .pipeline.renderer import Request, shared_renderer
 
     request = Request(job.scene, job.camera, job.light, job.settings, job.size, measure=False)
-    return bake_all(shared_renderer(), request, choice_for(groups, job.settings.impostor), unlit).result()
+    return bake_all(shared_renderer(), request, choice_for(groups, job.settings.impostor), unlit)
 
 
 def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Future[Frame]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Protocol
+
 import bpy
 
 from .. import session, sources
 from ..errors import Cancelled, UserError
-from ..job import Outcome, Pending
+from ..job import Job, Outcome, Pending
 
 TIMER_S = 0.05
 
@@ -23,13 +26,34 @@ class NeedsMeshes:
         return True
 
 
-class PendingView:
-    """A picture of what the user looks at, from reading the scene on; it is asked as `Pending` is, on the main thread."""
+class Asked(Protocol):
+    """Work under way on the worker, as `Pending` is; `result` is what `JobOperator.take` gets."""
 
-    def __init__(self, context: bpy.types.Context) -> None:
+    @property
+    def progress(self) -> tuple[float, str]:
+        """How far it is, 0…1, and the stage it is in."""
+
+    def done(self) -> bool:
+        """True when `result` will not wait."""
+
+    def cancel(self) -> None:
+        """Give it up."""
+
+    def result(self) -> object:
+        """What came of it; raises `UserError`."""
+
+
+class PendingView:
+    """A picture of what the user looks at, from reading the scene on; it is asked as `Pending` is, on the main thread.
+
+    `ask(job)` asks for something else than the picture; it may raise `UserError`.
+    """
+
+    def __init__(self, context: bpy.types.Context, ask: Callable[[Job], Asked] = Pending) -> None:
+        self._ask_for = ask
         self._reading = sources.ViewReading(context)
         self._reading.begin()
-        self._pending: Pending | None = None
+        self._pending: Asked | None = None
         self._error: UserError | None = None
 
     @property
@@ -50,8 +74,8 @@ class PendingView:
         else:
             self._reading.cancel()
 
-    def result(self) -> Outcome:
-        """The outcome; raises what reading and rendering raise."""
+    def result(self) -> object:
+        """The outcome, or what was asked for instead; raises what reading and rendering raise."""
         if self._pending is None and self._error is None:
             self._ask()
         if self._error is not None:
@@ -60,7 +84,7 @@ class PendingView:
 
     def _ask(self) -> None:
         try:
-            self._pending = Pending(self._reading.job(bpy.context))
+            self._pending = self._ask_for(self._reading.job(bpy.context))
         except UserError as error:
             self._error = error
 

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import bpy
 
-from .. import sources
 from ..errors import SceneError, UserError
 from ..impostor_files import metadata, unique_names, write_impostor
 from ..impostor_plane import make_plane, pack_images
-from ..impostors import baked, groups_of
+from ..impostors import baking, groups_of
 from ..job import Job
 from ..pipeline.baked_impostor import BakedImpostor
 from ..snapshot.instances import listed
-from .impostors import ACTIVE, ALL, SELECTED, NeedsMarks, chosen_marks, is_one_of
+from .background import JobOperator, PendingView
+from .impostors import ACTIVE, ALL, HIDDEN, SELECTED, NeedsMarks, chosen_marks, is_one_of
 
+Baked = tuple[Job, list[BakedImpostor | UserError]]
 FORMATS = [
     ("png", "PNG", "8-bit colour with alpha, 16-bit depth, normal and object numbers"),
     ("exr", "OpenEXR", "Exact linear colour, depth in metres, normals, object numbers"),
@@ -24,7 +25,31 @@ FORMATS = [
 ]
 
 
-class CAD_SHADOW_OT_impostor_export(NeedsMarks, bpy.types.Operator):
+class PendingBake:
+    """Captures under way on the worker, asked as `Pending` is. Raises `SceneError` when there is nothing to capture."""
+
+    progress = (0.5, "capturing")
+
+    def __init__(self, job: Job, chosen: set[tuple[str, int]], unlit: bool) -> None:
+        groups = tuple(group for group in groups_of(job.scene) if is_one_of(group.key, chosen))
+        if not groups:
+            raise SceneError(HIDDEN)
+        self._job, self._future = job, baking(job, groups, unlit)
+
+    def done(self) -> bool:
+        """True when `result` will not wait."""
+        return self._future.done()
+
+    def cancel(self) -> None:
+        """Give it up, if it has not begun."""
+        self._future.cancel()
+
+    def result(self) -> Baked:
+        """The job and its captures."""
+        return self._job, self._future.result()
+
+
+class CAD_SHADOW_OT_impostor_export(NeedsMarks, JobOperator, bpy.types.Operator):
     """Capture impostors from this view, shaded as a preview is, and keep their images: colour, depth, normal, object numbers, and all that
     is needed to draw them elsewhere as JSON"""
 
@@ -49,10 +74,10 @@ class CAD_SHADOW_OT_impostor_export(NeedsMarks, bpy.types.Operator):
     )
     filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
 
-    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Ask for a folder when files are wanted."""
         if self.to != "FILES":
-            return self.execute(context)
+            return super().invoke(context, event)
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -65,24 +90,24 @@ class CAD_SHADOW_OT_impostor_export(NeedsMarks, bpy.types.Operator):
         if self.to == "FILES":
             layout.prop(self, "format")
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Capture, then keep as asked."""
+    def start(self, context: bpy.types.Context) -> PendingView:
+        """Ask for the captures."""
+        if self.to == "FILES" and not self.directory:
+            raise SceneError("Choose a folder for the files (directory=…).")
+        chosen = chosen_marks(context, self.target)
+        return PendingView(context, lambda job: PendingBake(job, chosen, self.unlit))
+
+    def take(self, context: bpy.types.Context, result: Baked) -> None:
+        """Keep what was captured as asked."""
+        job, found = result
         try:
-            if self.to == "FILES" and not self.directory:
-                raise SceneError("Choose a folder for the files (directory=…).")
-            job = sources.job_for_view(context)
-            chosen = chosen_marks(context, self.target)
-            groups = tuple(group for group in groups_of(job.scene) if is_one_of(group.key, chosen))
-            if not groups:
-                raise SceneError("Those impostors have no surface in this view: unhide their objects.")
-            done = self._keep(context, job, baked(job, groups, self.unlit))
+            done = self._keep(context, job, found)
         except UserError as error:
             self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return
+        made = {"FILES": f"written to {self.directory}", "PLANE": "plane added at its place", "PACKED": "packed into the file"}
         if done:
-            made = {"FILES": f"written to {self.directory}", "PLANE": "plane added at its place", "PACKED": "packed into the file"}
             self.report({"INFO"}, f"{listed(done)}: {made[self.to]}")
-        return {"FINISHED"} if done else {"CANCELLED"}
 
     def _keep(self, context: bpy.types.Context, job: Job, results: list[BakedImpostor | UserError]) -> list[str]:
         """Files, planes or packed images of what could be captured; the names. What could not is reported."""

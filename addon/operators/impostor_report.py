@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import image_editor, session, sources
+from .. import image_editor, session
 from ..errors import SceneError
 from ..impostor_marks import active_mark
 from ..impostor_states import annotated, error_of
 from ..impostors import shaded_texture
 from ..job import Job, Outcome, Pending
 from ..pipeline.frame import Frame
-from .background import JobOperator
-from .impostors import NeedsImpostors
+from .background import JobOperator, PendingView
+from .impostors import HIDDEN, NeedsImpostors
 
 if TYPE_CHECKING:
     from ..pipeline.impostor_life import ImpostorReport
@@ -93,14 +93,16 @@ class CAD_SHADOW_OT_impostor_report(NeedsImpostors, JobOperator, bpy.types.Opera
     bl_label = "Impostor Report"
     bl_options = {"REGISTER"}
 
-    def start(self, context: bpy.types.Context) -> PendingReport:
+    def start(self, context: bpy.types.Context) -> PendingView:
         """Ask for a picture with all predictors."""
-        job, mark = sources.job_for_view(context), active_mark()
+        return PendingView(context, self._ask)
+
+    def _ask(self, job: Job) -> PendingReport:
         if job.impostors is None:
-            raise SceneError("None of the impostors is in this view layer: unhide their objects.")
-        self._asked = PendingReport(
-            replace(job, impostors=replace(job.impostors, exact=True)), None if mark is None else (mark.kind, mark.uid)
-        )
+            raise SceneError(HIDDEN)
+        mark = active_mark()
+        wanted = None if mark is None else (mark.kind, mark.uid)
+        self._asked = PendingReport(replace(job, impostors=replace(job.impostors, exact=True)), wanted)
         return self._asked
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:

@@ -10,16 +10,17 @@ from .. import session, sources
 from ..errors import SceneError
 from ..impostor_marks import active_mark, all_marked, is_marked, set_mark
 from ..impostors import ALL_AT_ONCE
-from ..job import Outcome, Pending
+from ..job import Job, Outcome, Pending
 from ..pipeline.scene import Mark
 from ..snapshot import mark_of_id
 from ..snapshot.instances import listed
-from .background import JobOperator
+from .background import JobOperator, PendingView
 
 ACTIVE = ("ACTIVE", "Chosen in the List", "The impostor chosen in the list")
 SELECTED = ("SELECTED", "Selected Objects", "The selected objects that are impostors")
 ALL = ("ALL", "All", "Every impostor of the file")
 NOTHING_MARKED = "Nothing is marked as an impostor: select objects and press Make Impostors"
+HIDDEN = "Those impostors have no surface in this view: unhide their objects."
 OFF = "Impostors are switched off: set Impostors to Automatic or Manual"
 
 
@@ -174,21 +175,10 @@ class CAD_SHADOW_OT_impostor_regenerate(NeedsImpostors, JobOperator, bpy.types.O
         default="ALL",
     )
 
-    def start(self, context: bpy.types.Context) -> Pending:
+    def start(self, context: bpy.types.Context) -> PendingView:
         """Ask for a picture with new captures."""
-        job = sources.job_for_view(context)
-        choice = job.impostors
-        if choice is None:
-            raise SceneError("None of the impostors is in this view layer: unhide their objects.")
-        if self.target == "STALE":
-            choice = replace(choice, mode="automatic", life=replace(choice.life, regenerations=ALL_AT_ONCE))
-        else:
-            chosen = chosen_marks(context, self.target)
-            keys = frozenset(group.key for group in choice.groups if is_one_of(group.key, chosen))
-            if not keys:
-                raise SceneError("Those impostors have no surface in this view: unhide their objects.")
-            choice = replace(choice, mode="manual", regenerate=keys)
-        return Pending(replace(job, impostors=choice))
+        chosen = None if self.target == "STALE" else chosen_marks(context, self.target)
+        return PendingView(context, lambda job: Pending(captured_anew(job, chosen)))
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Say what was captured, and what could not be."""
@@ -198,6 +188,19 @@ class CAD_SHADOW_OT_impostor_regenerate(NeedsImpostors, JobOperator, bpy.types.O
         for report in failed:
             self.report({"WARNING"}, f"{report.name}: {report.reason}")
         self.report({"INFO"}, f"Captured anew: {listed(fresh)}" if fresh else "Nothing was captured: none needs it, or none is in view")
+
+
+def captured_anew(job: Job, chosen: set[tuple[str, int]] | None) -> Job:
+    """The job with new captures of the marks chosen, None: of those that need it. Raises `SceneError` when none of them is there."""
+    choice = job.impostors
+    if choice is None:
+        raise SceneError(HIDDEN)
+    if chosen is None:
+        return replace(job, impostors=replace(choice, mode="automatic", life=replace(choice.life, regenerations=ALL_AT_ONCE)))
+    keys = frozenset(group.key for group in choice.groups if is_one_of(group.key, chosen))
+    if not keys:
+        raise SceneError(HIDDEN)
+    return replace(job, impostors=replace(choice, mode="manual", regenerate=keys))
 
 
 OPERATORS = (CAD_SHADOW_OT_impostor_create, CAD_SHADOW_OT_impostor_remove, CAD_SHADOW_OT_impostor_regenerate)
