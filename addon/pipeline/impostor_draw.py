@@ -44,11 +44,11 @@ class _Source:
         self.tiles.use(SAMPLER_UNITS["u_tiles"])
 
 
-def clip_from_texel(frame: CaptureFrame, camera: Camera) -> np.ndarray:
+def clip_from_texel(frame: CaptureFrame, clip_from_world: np.ndarray) -> np.ndarray:
     """(4, 4) clip coordinates from (u, v, |δ|, 1): `clip_from_world · world_from_plane · ((u, v, 0, 1) + δ·S)`."""
     texel = np.eye(4)
     texel[:, 2] = frame.source * _away(frame)
-    return camera.clip_from_world @ frame.world_from_plane @ texel
+    return clip_from_world @ frame.world_from_plane @ texel
 
 
 def draw_impostor(
@@ -79,7 +79,7 @@ def draw_impostor(
         extent = _whole_texels(extent, frame)
         scratch = _Prewarped(device, source, frame, warp, extent)
         source = scratch.source
-    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE, FILL=fill, **DEFINES)
+    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE, FILL=fill, CASTER=0, **DEFINES)
     _set(program, frame, camera, warp, extent, source)
     behind = behind_texels * _texel_of_depth(frame)
     set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
@@ -91,12 +91,28 @@ def draw_impostor(
         scratch.release()
 
 
+def draw_caster(device: Device, impostor: ImpostorTextures, clip_from_world: np.ndarray) -> None:
+    """Draw the depth of an impostor captured from the light into the bound shadow map of projection `clip_from_world` (4, 4)."""
+    frame = impostor.frame
+    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS["sprite"], TILE=TILE, FILL=0, CASTER=1, **DEFINES)
+    set_uniforms(
+        program,
+        u_clip_from_texel=matrix_bytes(clip_from_texel(frame, clip_from_world)),
+        u_extent=(0.0, 0.0, float(frame.width), float(frame.height)),
+        u_size=(frame.width, frame.height),
+        u_fade=1.0,
+        u_behind=0.0,
+    )
+    impostor.texels.bind()
+    _render(device.context, program, moderngl.TRIANGLE_STRIP, 4)
+
+
 def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: ReliefWarp, extent: np.ndarray, source: _Source) -> None:
     """All uniforms of the quad but the fade."""
     away, view_row = _away(frame), -camera.view_from_world[2] @ frame.world_from_plane
     set_uniforms(
         program,
-        u_clip_from_texel=matrix_bytes(clip_from_texel(frame, camera)),
+        u_clip_from_texel=matrix_bytes(clip_from_texel(frame, camera.clip_from_world)),
         u_extent=tuple(map(float, extent.ravel())),
         u_view_depth_from_texel=(float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
         u_warp=tuple(float(k) * away for k in warp.K),

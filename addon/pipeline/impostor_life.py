@@ -27,6 +27,7 @@ from .impostor_views import Views, towards_set
 from .scene import Scene
 
 MODES = ("automatic", "manual")
+CASTERS = ("geometry", "impostor")
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class ImpostorChoice:
     `edge_sum_px`.
     `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
     object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
+    `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`impostor_shadows.py`).
     `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
     """
 
@@ -67,10 +69,12 @@ class ImpostorChoice:
     views: int = 1
     directions: int = 0
     fill: bool = True
+    casters: str = "geometry"
 
     def __post_init__(self) -> None:
         require_choice("Impostor mode", self.mode, MODES)
         require_choice("Impostor method", self.method, METHODS)
+        require_choice("Impostor casters", self.casters, CASTERS)
         require(len({g.key for g in self.groups}) == len(self.groups), "Two impostors have the same key.")
         require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
         require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")

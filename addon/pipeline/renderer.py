@@ -26,6 +26,7 @@ from .frame import Frame
 from .gbuffer_pass import draw_gbuffer, surface_points_ws
 from .gl_raw import finish
 from .impostor_life import ImpostorChoice, ImpostorFrame, library_of
+from .impostor_shadows import casters_of
 from .machine import check_picture
 from .readback import frame_passes, read_texture
 from .scene import Scene
@@ -139,7 +140,7 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     ticket.enter(0.4, "shadow")
     plan = _plan(device, request, scene_bounds)
     if plan is not None:
-        draw_shadow_maps(device.context, device.programs, _shadow_maps(device, request, plan), draw_list, plan, request.settings.test)
+        _cast(device, request, draw_list, plan, impostors)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
     combined, data = _shade(device, request, draw_list, plan, impostors, ticket)
@@ -182,6 +183,18 @@ def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowP
 
 def _shadow_maps(device: Device, request: Request, plan: ShadowPlan) -> ShadowMaps:
     return device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test)
+
+
+def _cast(device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None) -> None:
+    """Fill the shadow maps: triangles, and impostors where they are chosen as casters."""
+    maps, choice = _shadow_maps(device, request, plan), request.impostors
+    casters = None
+    if impostors is not None and choice.casters == "impostor":
+        casters = casters_of(device).update(request.scene, draw_list, request.light, maps, plan, choice, impostors)
+    rows = casters.rows if casters is not None and casters.textures else None
+    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, request.settings.test, rows)
+    if casters is not None:
+        casters.draw(device, maps, plan)
 
 
 def _wants_data(request: Request) -> bool:

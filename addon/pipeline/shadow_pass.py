@@ -67,9 +67,18 @@ def id_array(context: moderngl.Context, size: int, layers: int, components: int)
 
 
 def draw_shadow_maps(
-    context: moderngl.Context, programs: Programs, maps: ShadowMaps, draw_list: DrawList, plan: ShadowPlan, test: TestChoice
+    context: moderngl.Context,
+    programs: Programs,
+    maps: ShadowMaps,
+    draw_list: DrawList,
+    plan: ShadowPlan,
+    test: TestChoice,
+    rows: np.ndarray | None = None,
 ) -> int:
-    """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp)."""
+    """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp).
+
+    `rows` (I,) bool: only these instance rows of the scene, into maps that are not logarithmic.
+    """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
@@ -80,20 +89,22 @@ def draw_shadow_maps(
         if maps.ids_kind:
             framebuffer.clear_ids()
         if not projection.is_empty:
-            sent += _draw_one(programs, draw_list, projection, maps.size, defines)
+            sent += _draw_one(programs, draw_list, projection, maps.size, defines, rows)
     context.disable_direct(GL_DEPTH_CLAMP)
     if maps.cells is not None:
         maps.cells.select(programs, maps.depth, plan)
     return sent
 
 
-def _draw_one(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
+def _draw_one(
+    programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int], rows: np.ndarray | None
+) -> int:
     if projection.log is not None:
         return draw_log_map(programs, draw_list, projection, size, defines)
     pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
     for program in pair:
         set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world))
-    return draw_list.draw(*pair, frustum_planes(projection.clip_from_world, cull_near=False), attributes=False)
+    return draw_list.draw(*pair, frustum_planes(projection.clip_from_world, cull_near=False), attributes=False, rows=rows)
 
 
 def plan_block(plan: ShadowPlan | None) -> bytes:

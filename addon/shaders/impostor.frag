@@ -18,9 +18,11 @@ uniform float u_fade;               // share of the pixels to draw, dithered
 uniform int u_fade_rest;            // 1: the other share
 uniform float u_behind;             // depth of a by which to lie farther back than what is seen
 uniform vec2 u_corner;              // plane coordinates of a pre-warped texture's first texel
+#if !CASTER
 layout(location = 0) out float out_view_depth;
 layout(location = 1) out vec2 out_normal;
 layout(location = 2) out uvec2 out_ids;
+#endif
 
 struct Hit { bool found; ivec2 cell; vec3 place; bool on_back; };
 const Hit MISS = Hit(false, ivec2(0), vec3(0.0), false);
@@ -60,6 +62,9 @@ void main() {
     vec4 place = vec4(hit.place, 1.0);
     vec4 clip = u_clip_from_texel * vec4(place.xy, place.z + u_behind, 1.0);
     float depth = 0.5 + 0.5 * clip.z / clip.w;
+#if CASTER
+    gl_FragDepth = clamp(depth, 0.0, 1.0);
+#else
     if (depth < 0.0 || depth > 1.0) discard;
     gl_FragDepth = depth;
     out_view_depth = dot(u_view_depth_from_texel, place) / (1.0 + u_source_w * place.z);
@@ -70,4 +75,5 @@ void main() {
         out_normal = texelFetch(u_normal, texel, 0).rg;
         out_ids = texelFetch(u_ids, texel, 0).rg;
     }
+#endif
 }

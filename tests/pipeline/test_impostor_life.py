@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from addon.maths.relief_life import LifeSettings
+from addon.maths.view import Light
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_life import ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostor_shadows import casters_of
 from addon.pipeline.impostor_sights import START_PIXEL_NS
 from addon.pipeline.settings import Settings
 from tests import scenes
@@ -207,3 +209,55 @@ def test_the_capture_before_is_drawn_beside_the_last_one_where_two_are_wanted(fi
         missing[views] = (there != truth)[seen].mean()
         film(orbit(0.0), replace(choice, groups=()))
     assert missing[2] < 0.8 * missing[1]
+
+
+LAMPS = {
+    "sun": SUN,
+    "spot": Light("spot", np.array([0.0, -0.6, 0.8]), np.array([0.0, -2.4, 3.7]), 0.8),
+}
+
+
+@pytest.mark.parametrize("lamp", LAMPS)
+def test_impostors_cast_the_shadows_of_their_geometry(film, lamp):
+    """From textures captured from the light, the floor's shadow is that of the triangles but for its edges, while the camera moves."""
+    light = LAMPS[lamp]
+    choices = {casters: replace(ALL, casters=casters) for casters in CASTERS}
+    for angle in (0.3, 0.5):
+        shadows = {k: film(orbit(angle), c, passes=("shadow", "object"), light=light).passes for k, c in choices.items()}
+        floor = shadows["geometry"]["object"] == 3
+        there, truth = (shadows[k]["shadow"][floor] for k in ("impostor", "geometry"))
+        assert 0.03 < np.mean(truth < 0.5) < 0.9
+        assert np.mean(np.abs(there - truth) > 0.5) < 0.02
+
+
+def test_shadows_of_impostors_follow_the_light_and_the_object(film, renderer):
+    """The texture from the light is kept while nothing changes, and captured anew when the light or the object moves."""
+    choice = replace(ALL, casters="impostor")
+
+    def kept(context):
+        held = casters_of(device_of(context, renderer.worker))._kept
+        return id(held["parts"][1]) if "parts" in held else None
+
+    def after(camera, **how):
+        film(camera, choice, **how)
+        return renderer.worker.call(kept)
+
+    first = after(orbit(0.3))
+    assert first == after(orbit(0.4))
+    low = after(orbit(0.4), light=scenes.sun(30.0))
+    assert low not in (None, first)
+    matrices = [np.eye(4) for _ in range(4)]
+    matrices[1][0, 3] = 0.2
+    moved = after(orbit(0.4), light=scenes.sun(30.0), scene=scenes.scene_of(*PARTS, FLOOR, matrices=matrices))
+    assert moved not in (None, low)
+    film(orbit(0.4), replace(ALL, groups=(), casters="impostor"))
+    assert renderer.worker.call(kept) is None
+
+
+def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
+    by_id = CHEAP.replaced(test={"kind": "id-depth"})
+    frames = [
+        renderer.render(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=replace(ALL, casters=casters))
+        for casters in CASTERS
+    ]
+    np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])
