@@ -107,6 +107,9 @@ def choice_for(
         fresh=fresh,
         triangle_ns=TRIANGLE_NS if fresh else None,
         pixel_ns=PIXEL_NS if fresh else None,
+        views=settings.views,
+        directions=settings.directions,
+        fill=settings.fill,
     )
 
 

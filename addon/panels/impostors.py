@@ -15,7 +15,17 @@ from .compatible import ENGINE
 from .words import number, paragraph
 
 MIB = 1 << 20
-CAPTURE = ("impostor_projection", "impostor_back", "impostor_texels", "impostor_max_texels", "impostor_memory", "impostor_captures")
+CAPTURE = (
+    "impostor_projection",
+    "impostor_back",
+    "impostor_fill",
+    "impostor_texels",
+    "impostor_max_texels",
+    "impostor_views",
+    "impostor_directions",
+    "impostor_memory",
+    "impostor_captures",
+)
 LIFE = (
     "impostor_warp",
     "impostor_predictor",

@@ -93,7 +93,8 @@ class ImpostorSettings:
     `use` 'automatic': the life cycle renews them; 'manual': the user does; 'off': all is drawn as geometry. `fresh`: every final render
     captures anew, so that a picture does not depend on those before it. `limit` of the `predictor`, in its unit (None: its usual one).
     `max_tilt_deg` beyond which an impostor is renewed in any case. `regenerations` per picture of a view, `memory_mib` for all textures.
-    `break_even`: what is cheaper as geometry is drawn as geometry ('automatic').
+    `break_even`: what is cheaper as geometry is drawn as geometry ('automatic'). `views` captures are drawn together, the last ones or,
+    with `directions` n > 0, those nearest of n × n directions round the object. `fill`: what lay hidden at capture is taken to go on.
     """
 
     use: str = "automatic"
@@ -110,6 +111,9 @@ class ImpostorSettings:
     memory_mib: int = _LIFE.memory_bytes >> 20
     fade_frames: int = _LIFE.fade_frames
     break_even: bool = True
+    views: int = 1
+    directions: int = 0
+    fill: bool = True
 
     def __post_init__(self) -> None:
         require_choice("Impostors", self.use, IMPOSTOR_USES)
@@ -123,6 +127,8 @@ class ImpostorSettings:
         require(0 <= self.regenerations <= 10000, "Impostor captures per picture: 0 to 10000.")
         require(1 <= self.memory_mib <= 1 << 20, "The impostors' texture memory must be 1 MiB or more.")
         require(0 <= self.fade_frames <= 60, "The impostors' crossfade takes 0 to 60 pictures.")
+        require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
+        require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
 
 
 @dataclass(frozen=True, slots=True)
