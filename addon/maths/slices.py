@@ -28,7 +28,7 @@ MOST_SAMPLES = 32_768             # receivers that the density is taken from
 SLACK = 1e-6                      # of the heights: what is this near to a cut along the light counts on both sides, as rounding may decide
 SHALLOW, DEEP = 2.0, 8.0          # f/n up to which a view is shallow, from which it is deep
 TURNED = radians(28), radians(35)  # γ from which the planes are turned as far as they go, in a shallow and in a deep view
-CLEAR = radians(5.0)              # angle that they keep from the side of a deep frustum
+CLEAR = radians(8.0)              # angle that they keep from the side of a deep frustum
 
 
 @dataclass(frozen=True, eq=False)
