@@ -134,6 +134,19 @@ def test_it_lives_on_while_the_camera_moves_a_little_and_is_captured_anew_after_
     assert view()[1][ball.name].stage == "regenerated"
 
 
+@pytest.mark.parametrize("options", ({"impostor_views": 2}, {"impostor_directions": 6, "impostor_views": 2}), ids=("last two", "set"))
+def test_several_captures_can_be_kept_and_drawn_together(ball, view, cube_scene, options):
+    ball.cad_shadow_impostor = True
+    bytes_of = [view(**options)[1][ball.name].bytes]
+    for _ in range(2):
+        cube_scene.camera.location.x += 0.8
+        cube_scene.camera.location.y += 0.8
+        bytes_of.append(view(impostor_limit=0.001, **options)[1][ball.name].bytes)
+    shown, reports = view(**options)
+    assert max(bytes_of) > 1.5 * bytes_of[0] > 0, "more than one capture is kept"
+    assert reports[ball.name].stage != "geometry" and difference(shown, without(view)) < 0.02
+
+
 def test_renamed_it_keeps_its_texture(ball, view):
     ball.cad_shadow_impostor = True
     view()
