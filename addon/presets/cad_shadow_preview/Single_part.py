@@ -1,4 +1,4 @@
-"""One part seen as a whole: near and far lie close together, where the fit to visible surfaces gains more than slices or warps do."""
+"""One part seen as a whole: near and far lie close together, the fit to visible surfaces gains most; one large map draws the part once."""
 
 import bpy
 
