@@ -101,7 +101,7 @@ def _shown(default: object) -> str:
 
 
 SECTIONS = {
-    "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence"),
+    "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"),
     "partition": ("partition", "partitions", "cut", "split_weight", "alpha"),
     "map": ("map_size", "fit", "margin"),
     "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),

@@ -76,6 +76,7 @@ _APPLIES = {
     "eta": lambda v: v.warp != "uniform",
     "warp_parameter": lambda v: v.warp != "uniform",
     "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
+    "log_bend": lambda v: v.warp == "logpsm",
     "convergence": lambda v: v.warp in _FADING,
     "partitions": lambda v: v.partition not in ("none", "faces"),
     "cut": lambda v: v.partition not in ("none", "faces", "faces-z") and v.partitions > 1,

@@ -71,6 +71,15 @@ OPTIONS: tuple[Option, ...] = (
         CONVERGENCES,
         CONVERGENCE_WORDS,
     ),
+    Option(
+        "log_bend",
+        (("warp", "log_bend"),),
+        "number",
+        "Log Bend",
+        "0: texels grow evenly along the view; above: more of them near the eye; below: more far away (1/b of LogPSM 5.47)",
+        low=-0.99,
+        soft=(-0.9, 4.0),
+    ),
     choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITIONS, PARTITION_WORDS),
     Option(
         "partitions",

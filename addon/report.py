@@ -129,6 +129,7 @@ def warped_map(job: Job, plan: ShadowPlan, projection: ShadowProjection) -> Warp
         projection.warp_parameter,
         log is not None,
         log is None or log.perspective_s,
+        log.bend if log is not None else 0.0,
     )
 
 

@@ -33,6 +33,8 @@ class WarpChoice:
     `eta` in (−1, 1] (T4 (32), (33)) or `parameter` (n', metres, > 0) override the value that `kind` computes.
     `pseudo_near` (view depth, metres) is the near distance from which the warp is optimised (LogPSM 5.64, 5.65).
     `convergence` is the way to uniform below γ_lim: 'sine' T4 (43), 'quadratic' T4 (44).
+    `log_bend` is 1/b of 'logpsm' (LogPSM 5.47–5.51, spacing ∝ (v+n̄')(v+b)) for light ⟂ view: 0 the logarithm of 5.43 (b = ∞), above it
+    more texels near, 1/n̄' the perspective map, below it, > −1, more of them far (b < −1).
     """
 
     kind: str = "lispsm-general"
@@ -40,6 +42,7 @@ class WarpChoice:
     parameter: float | None = None
     pseudo_near: float | None = None
     convergence: str = "quadratic"
+    log_bend: float = 0.0
 
     def __post_init__(self) -> None:
         require_choice("Warp", self.kind, WARPS)
@@ -47,6 +50,7 @@ class WarpChoice:
         require(self.eta is None or -1.0 <= self.eta <= 1.0, "The warp's η must lie between −1 (uniform) and 1 (PSM).")
         require(self.parameter is None or 0.0 < self.parameter <= inf, "The warp parameter n' must be a positive distance in metres.")
         require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
+        require(-1.0 < self.log_bend < inf, "The log warp's bend 1/b must be greater than −1.")
         require(self.eta is None or self.parameter is None, "Give η or the warp parameter n', not both.")
 
     @property

@@ -7,8 +7,8 @@ it moves the map's edges, never the apex, so the spacing of texels stays the the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import cos, inf, log2, sin
+from dataclasses import dataclass, replace
+from math import copysign, cos, inf, log2, sin
 
 import numpy as np
 
@@ -17,16 +17,20 @@ from .light_space import LightSpace
 from .projection import LogWarp
 
 DEPTH_MARGIN = 1e-3   # of the depth range, on both sides
+LEAST_SPAN = log2(1.0 + 1.0 / 64.0)  # of a bent log map's logarithm: below, float32 would cancel
 LEAST_SHAPE = 1e-4    # the map's short side is never less than this share of its long side (a body seen edge on)
 
 
 @dataclass(frozen=True, slots=True)
 class Warp:
-    """κ = 1/n' (0 = uniform) and z₀, the near plane of P, in light space; `log` None, or whether the log map divides s by w."""
+    """κ = 1/n' (0 = uniform) and z₀, the near plane of P, in light space; `log` None, or whether the log map divides s by w.
+
+    `bend` of its t: texels at the far end grow by 1 + bend beside the logarithm's (`LogWarp`)."""
 
     kappa: float
     start: float
     log: bool | None = None
+    bend: float = 0.0
 
     def w_at(self, t: float) -> float:
         """w where the projective coordinate is T (before the crop): 1/(1 − κ T)."""
@@ -159,11 +163,29 @@ def _t_edges(warp: Warp, t: tuple[float, float], grow: float, floor: float) -> t
     if warp.log is None:
         lo, hi = _widened(t, grow, floor)
         return (lo, min(hi, 0.5 * (t[1] + 1.0 / warp.kappa)) if warp.kappa else hi), None
-    lo, hi = _widened((log2(warp.w_at(t[0])), log2(warp.w_at(t[1]))), grow, log2(1.0 + warp.kappa * floor))
+    ends = warp.w_at(t[0]), warp.w_at(t[1])
+    bend, base, slope = bent(warp.bend, *ends)
+    unit = LogWarp(1.0 / warp.kappa, ends[1] / warp.kappa, copysign(1.0, base), 0.0, warp.log, bend, base, slope)
+    lo, hi = _widened(tuple(float(unit.t_at(w)) for w in ends), grow, log2(1.0 + warp.kappa * floor))
+    first, last = float(unit.w_at(lo)), float(unit.w_at(hi))
+    if slope and not 0.0 < last < 2.0 * ends[1]:
+        last = 2.0 * ends[1]
+        hi = float(unit.t_at(last))
     scale = 2.0 / (hi - lo)
-    near, far = 1.0 / warp.kappa, warp.w_at(t[1]) / warp.kappa
-    edges = tuple((1.0 - 2.0**-e) / warp.kappa for e in (lo, hi))
-    return edges, LogWarp(near, far, scale, -0.5 * (lo + hi) * scale, warp.log)
+    edges = (1.0 - 1.0 / first) / warp.kappa, (1.0 - 1.0 / last) / warp.kappa
+    return edges, replace(unit, scale=scale * unit.scale, offset=-0.5 * (lo + hi) * scale)
+
+
+def bent(bend: float, near: float, far: float) -> tuple[float, float, float]:
+    """`bend`, base and slope of a log map from w = `near` to `far`; moved off the place where its logarithm would vanish (the
+    perspective map, far/near = 1 + bend), to the nearest one that float32 can draw."""
+    ratio = far / near
+    if bend == 0.0 or not ratio > 1.0:
+        return 0.0, 1.0, 0.0
+    if abs(log2(ratio / (1.0 + bend))) < LEAST_SPAN:
+        bend = ratio * 2.0**-LEAST_SPAN - 1.0
+    slope = bend / (far - near)
+    return bend, 1.0 - slope * near, slope
 
 
 def _matrix(space: LightSpace, warp: Warp, s: tuple[float, float], t: tuple[float, float], y: tuple[float, float],

@@ -7,10 +7,11 @@ arguments, 1 by default. Sources: T4 §4.1–4.3, LogPSM §5.1, method §1–§5
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, inf, log1p, pi, sin, tan
+from math import cos, inf, log1p, pi, sin, sqrt, tan
 
 import numpy as np
 
+from .spacing import log_perspective_derivative
 from .warped_map import Values, WarpedMap
 
 QUANTILES = (("m_p99", 0.99), ("m_p95", 0.95), ("m_median", 0.5))
@@ -42,14 +43,15 @@ def beam_error_z(m: WarpedMap, z: Values, resolution: float = 1.0) -> Values:
     elif m.parameter == inf:
         spacing = m.depth + 0.0 * offset
     else:
-        spacing = log1p(m.depth / m.parameter) * (m.parameter + offset)
+        spacing = m.depth / log_perspective_derivative(offset / m.depth, m.parameter / m.depth, 1.0 / m.bend if m.bend else inf)
     return resolution * spacing / (2.0 * tan(m.half_fov_rad) * z)
 
 
 def error_z(m: WarpedMap, z: Values, resolution: float = 1.0) -> Values:
     """m_z(z) of T4 (37), (26) for light ⟂ view: the spacing of texels *along the view axis*, dz/dt = (dz'/dt)/sin γ; ∞ at γ = 0.
 
-    `res_cy/res_lt · (f'−n')/(2 tan φ n' f') · ψ²/(z sin γ)`; logarithmic `ln(f'/n') ψ/(2 tan φ z sin γ)` (T4 (49), LogPSM 5.41).
+    `res_cy/res_lt · (f'−n')/(2 tan φ n' f') · ψ²/(z sin γ)`; logarithmic `ln(f'/n') ψ/(2 tan φ z sin γ)` (T4 (49), LogPSM 5.41),
+    and with general b as the spacing of LogPSM 5.50 has it.
     """
     s = sin(m.gamma_rad)
     return beam_error_z(m, z, resolution) / s if s > 0.0 else z * inf
@@ -61,13 +63,25 @@ def max_error_x(m: WarpedMap, resolution: float = 1.0) -> float:
 
 
 def max_error_z(m: WarpedMap, resolution: float = 1.0) -> float:
-    """M_z, the largest m_z over [n, f] (T4 (29), generalised): m_z has one minimum in z (38) and no maximum, so it lies at an end."""
-    return max(float(error_z(m, m.near, resolution)), float(error_z(m, m.far, resolution)))
+    """M_z, the largest m_z over [n, f] (T4 (29), generalised): m_z has one minimum in z (38) and no maximum, so it lies at an end
+    (with general b: or between)."""
+    return max(float(error_z(m, z, resolution)) for z in _extreme_depths(m))
 
 
 def max_beam_error_z(m: WarpedMap, resolution: float = 1.0) -> float:
-    """The largest `beam_error_z` over [n, f], likewise at an end."""
-    return max(float(beam_error_z(m, m.near, resolution)), float(beam_error_z(m, m.far, resolution)))
+    """The largest `beam_error_z` over [n, f], likewise."""
+    return max(float(beam_error_z(m, z, resolution)) for z in _extreme_depths(m))
+
+
+def _extreme_depths(m: WarpedMap) -> list[float]:
+    """Where m_z may be largest: the ends; and for general b, where m_z ∝ (n'+o)(1+bend·o/depth)/z with o = offset(z) has no slope."""
+    ends = [m.near, m.far]
+    if m.bend:
+        start, rise, bend = float(m.offset(0.0)), sin(m.gamma_rad), m.bend / m.depth
+        square, constant = rise * rise * bend, (m.parameter + start) * (1.0 + bend * start)
+        if square * constant > 0.0 and m.near < (z := sqrt(constant / square)) < m.far:
+            ends.append(z)
+    return ends
 
 
 # --- normalised forms of LogPSM, light ⟂ view: v = (z−n)/(f−n), n̄'₀ = n/(f−n), n̄' = n'/(f−n) ------------------------------------------

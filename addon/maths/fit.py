@@ -25,7 +25,7 @@ from .slices import Slices, across_view, along_light
 from .spaces import translation
 from .strength import Range, steady_strength
 from .view import Camera, Light
-from .warps import eta_from_parameter, gamma_lim_rad, warp_depth, warp_parameter
+from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
 THINNEST = 1e-3       # least (f−n)/n of a range that is divided
@@ -245,7 +245,8 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
         across = warp_parameter(sight.warp, near, far, sight.camera.half_fov_rad, 0.5 * pi)
         strength, depth_m = log1p(depth / face_parameter(across, hull, (near, far), space.rise, least)), depth
     log = sight.warp.kind == "logpsm" if sight.warp.is_logarithmic and space.position is None else None
-    warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log)
+    bend = faded_bend(sight.warp.log_bend, near, far, strength) if log else 0.0
+    warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log, bend)
     cropped = crop(space, warp, lit, casters, sight.fit, round_share, least)
     parameter = depth_m / (warp.kappa * depth) if warp.kappa else inf
     eta = eta_from_parameter(parameter, near, far, depth_m) if near > 0.0 else -1.0

@@ -5,8 +5,6 @@ The oracle of `shaders/`: the same formulas in the same order. Gradients stand b
 
 from __future__ import annotations
 
-from math import log
-
 import numpy as np
 
 from .projection import ShadowPlan, ShadowProjection
@@ -17,31 +15,31 @@ from .view import Camera, Light
 def project(projection: ShadowProjection, points_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Points (…, 3) → (s, t, depth, w), NDC and the divisor. Domain: w > 0, which holds on all receivers.
 
-    With (X, Y, Z, w) = clip_from_world · p: s, t, depth = X/w, Y/w, Z/w; a log map has t = scale · log2 w + offset, depth = Z and,
+    With (X, Y, Z, w) = clip_from_world · p: s, t, depth = X/w, Y/w, Z/w; a log map has t as `LogWarp.t_at` says, depth = Z and,
     without `perspective_s`, s = X.
     """
     x, y, z, w = np.moveaxis(transform(projection.clip_from_world, points_ws), -1, 0)
     step = projection.log
     if step is None:
         return x / w, y / w, z / w, w
-    return (x / w if step.perspective_s else x), step.scale * np.log2(w) + step.offset, z, w
+    return (x / w if step.perspective_s else x), step.t_at(w), z, w
 
 
 def unproject(projection: ShadowProjection, s: np.ndarray, t: np.ndarray, depth: np.ndarray) -> np.ndarray:
-    """The inverse of `project`: NDC (s, t, depth) → (…, 3) world points. A log map gives w = 2^((t − offset)/scale); Y is not needed."""
+    """The inverse of `project`: NDC (s, t, depth) → (…, 3) world points. A log map gives w (`LogWarp.w_at`); Y is not needed."""
     s, t, depth = np.broadcast_arrays(s, t, depth)
     matrix, step = projection.clip_from_world, projection.log
     if step is None:
         h = np.stack([s, t, depth, np.ones_like(s)], axis=-1) @ np.linalg.inv(matrix).T
         return h[..., :3] / h[..., 3:]
-    w = 2.0 ** ((t - step.offset) / step.scale)
+    w = step.w_at(t)
     known = np.stack([s * w if step.perspective_s else s, depth, w], axis=-1)
     rows = matrix[[0, 2, 3]]
     return (known - rows[:, 3]) @ np.linalg.inv(rows[:, :3]).T
 
 
 def gradients(projection: ShadowProjection, points_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(∇s, ∇t), each (…, 3): NDC per world metre. ∇(X/w) = (∇X − X/w ∇w)/w; ∇t of a log map = scale/(w ln 2) ∇w."""
+    """(∇s, ∇t), each (…, 3): NDC per world metre. ∇(X/w) = (∇X − X/w ∇w)/w; ∇t of a log map = dt/dw ∇w."""
     s, t, _, w = project(projection, points_ws)
     matrix, step = projection.clip_from_world[:, :3], projection.log
 
@@ -50,7 +48,7 @@ def gradients(projection: ShadowProjection, points_ws: np.ndarray) -> tuple[np.n
 
     if step is None:
         return divided(s, 0), divided(t, 1)
-    grad_t = (step.scale / log(2.0) / w)[..., None] * matrix[3]
+    grad_t = step.t_rate(w)[..., None] * matrix[3]
     return (divided(s, 0) if step.perspective_s else np.broadcast_to(matrix[0], grad_t.shape)), grad_t
 
 

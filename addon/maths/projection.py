@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf
+from math import inf, log
 
 import numpy as np
+
+LEAST_DIVISOR = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -13,8 +15,9 @@ class LogWarp:
     """The logarithmic step after the projective one, on the t axis only (LogPSM 5.39, 5.43); for the sun only.
 
     With (X, Y, Z, w) = clip_from_world · p, where w is the distance to the apex of P in units of n' (1 … f'/n'):
-    t = scale · log2(w) + offset, depth = Z (undivided: linear in the light depth),
-    s = X/w if `perspective_s` (logpsm) else X (log). Inverse: w = 2^((t − offset)/scale).
+    t = scale · log2(w/(base + slope · w)) + offset, depth = Z (undivided: linear in the light depth),
+    s = X/w if `perspective_s` (logpsm) else X (log). base + slope · w = 1 + bend · v, v ∈ [0, 1] over the receivers: LogPSM 5.43 for
+    `bend` 0 (base 1, slope 0), 5.47–5.51 with b = 1/bend for others (only with `perspective_s`).
     Y/w is the projective t of the same map: it covers exactly the same strip of the world ([−1, 1] ↔ [−1, 1]) with other spacing.
     `near` is n', `far` is f', metres along z_ls.
     """
@@ -24,6 +27,22 @@ class LogWarp:
     scale: float
     offset: float
     perspective_s: bool = True
+    bend: float = 0.0
+    base: float = 1.0
+    slope: float = 0.0
+
+    def t_at(self, w: np.ndarray) -> np.ndarray:
+        """t of w > 0; beyond the zero of the divisor, where no map reaches, it is kept large and finite."""
+        return self.scale * np.log2(w / np.maximum(self.base + self.slope * w, LEAST_DIVISOR)) + self.offset
+
+    def w_at(self, t: np.ndarray) -> np.ndarray:
+        """w of t, the inverse of `t_at`."""
+        ratio = np.exp2((t - self.offset) / self.scale)
+        return self.base * ratio / (1.0 - self.slope * ratio)
+
+    def t_rate(self, w: np.ndarray) -> np.ndarray:
+        """dt/dw."""
+        return self.scale / log(2.0) * self.base / (w * np.maximum(self.base + self.slope * w, LEAST_DIVISOR))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,13 +6,13 @@ The theory's P just holds the view frustum; the maps that are really drawn are f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, inf, pi, sin, tan
+from math import cos, inf, log1p, pi, sin, tan
 
 import numpy as np
 
 from .choices import PartitionChoice, WarpChoice
 from .partitions import split_distances
-from .warps import warp_depth, warp_parameter
+from .warps import faded_bend, warp_depth, warp_parameter
 
 Values = float | np.ndarray
 
@@ -21,7 +21,8 @@ Values = float | np.ndarray
 class WarpedMap:
     """One map over view depths [near, far] of a view of half field φ > 0, lit at γ, by a directional light; P just holds the view frustum.
 
-    `parameter` n' ∈ (0, ∞] metres. `logarithmic`: t runs with ln w instead of 1/w; `perspective_s`: s is divided by w.
+    `parameter` n' ∈ (0, ∞] metres. `logarithmic`: t runs with ln w instead of 1/w; `perspective_s`: s is divided by w; `bend` = 1/b of
+    the log map (LogPSM 5.47).
     """
 
     near: float
@@ -31,6 +32,7 @@ class WarpedMap:
     parameter: float = inf
     logarithmic: bool = False
     perspective_s: bool = True
+    bend: float = 0.0
 
     @property
     def depth(self) -> float:
@@ -51,7 +53,13 @@ def partition_maps(
     """The maps the choices ask for, near to far. With faces: a side face's, as for light ⟂ view (a face keeps its warp at every γ)."""
     angle = pi / 2.0 if partition.uses_faces else gamma_rad
     splits = split_distances(partition, near, far, gamma_rad).tolist()
-    return tuple(
-        WarpedMap(n, f, half_fov_rad, angle, warp_parameter(warp, n, f, half_fov_rad, angle), warp.is_logarithmic, warp.kind != "log")
-        for n, f in zip(splits[:-1], splits[1:], strict=True)
-    )
+    return tuple(chosen_map(n, f, half_fov_rad, angle, warp) for n, f in zip(splits[:-1], splits[1:], strict=True))
+
+
+def chosen_map(near: float, far: float, half_fov_rad: float, gamma_rad: float, warp: WarpChoice) -> WarpedMap:
+    """The map of one choice of warp over view depths [near, far]."""
+    parameter = warp_parameter(warp, near, far, half_fov_rad, gamma_rad)
+    bend = 0.0
+    if warp.kind == "logpsm" and parameter < inf:
+        bend = faded_bend(warp.log_bend, near, far, log1p(warp_depth(near, far, half_fov_rad, gamma_rad) / parameter))
+    return WarpedMap(near, far, half_fov_rad, gamma_rad, parameter, warp.is_logarithmic, warp.kind != "log", bend)

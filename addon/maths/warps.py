@@ -10,11 +10,12 @@ here is positive or ∞, never NaN, continuous in γ, and ∞ at γ = 0, where t
 
 from __future__ import annotations
 
-from math import atan2, cos, expm1, inf, isnan, log1p, pi, radians, sin, sqrt, tan
+from math import atan2, cos, expm1, inf, isnan, log, log1p, pi, radians, sin, sqrt, tan
 
 from .choices import WarpChoice, require
 
 EPSILON = 2.0**-52
+LEAST_BEND = 1e-6  # 1/b of a log map: less is none
 """n' is ∞ when n̄' > 1/ε, where no double tells f' from n', and at least ε (f'−n')."""
 
 DIRECT_FADE_RAD = radians(5.0)
@@ -197,6 +198,17 @@ def log_apex(near: float, far: float, sub_near: float, perspective_s: bool) -> f
         left, right = hi - golden * (hi - lo), lo + golden * (hi - lo)
         lo, hi = (lo, right) if storage(left) < storage(right) else (left, hi)
     return max(nn * (far - near), parameter_from_eta((lo + hi) / 2.0, near, far))
+
+
+def faded_bend(bend: float, near: float, far: float, strength: float) -> float:
+    """1/b of a log+perspective map of strength ln(f'/n') ≥ 0 over view depths [near, far]: `bend` where it is ln(f/n), the apex in the eye.
+
+    A weaker warp bends less, `(1+bend)^(strength/ln(f/n))`, so that the map turns uniform with the light as every other does.
+    """
+    if not 0.0 < near < far:
+        return 0.0
+    faded = expm1(log1p(bend) * min(max(strength, 0.0) / log(far / near), 1.0))
+    return faded if abs(faded) > LEAST_BEND else 0.0
 
 
 def tsm_eta(near: float, far: float) -> float:

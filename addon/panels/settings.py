@@ -152,7 +152,7 @@ SECTIONS = (
     Section("sun", "Sun by Place and Time", draw_sun, "light", True),
     Section("sun_study", "Sun over a Day", draw_sun_study, "sun", True),
     Section("warp", "Warp", draw_choice("warp")),
-    Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence"), "warp", True),
+    Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"), "warp", True),
     Section("partition", "Partition", draw_choice("partition", "partitions", "cut", "split_weight", "alpha")),
     Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "filter_unit", "filter_width", "depths")),
     Section(

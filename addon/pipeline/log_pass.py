@@ -21,11 +21,17 @@ MOST_SLABS = 48  # slabs of one triangle that a draw emits (OpenGL grants 1024 n
 
 
 def log_warp_vector(projection: ShadowProjection) -> np.ndarray:
-    """(4,) float32 (scale, offset, s divided, logarithmic): t = scale·log2(w) + offset, as the shaders take it."""
+    """(4,) float32 (scale, offset, s divided, logarithmic): of `LogWarp`, as the shaders take it."""
     log = projection.log
     if log is None:
         return np.zeros(4, np.float32)
     return np.array([log.scale, log.offset, float(log.perspective_s), 1.0], np.float32)
+
+
+def log_bend_vector(projection: ShadowProjection) -> np.ndarray:
+    """(2,) float32 (base, slope) of the divisor in t, as the shaders take it."""
+    log = projection.log
+    return np.array([1.0, 0.0] if log is None else [log.base, log.slope], np.float32)
 
 
 def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
@@ -40,6 +46,7 @@ def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProj
                 program,
                 u_clip_from_world=matrix_bytes(projection.clip_from_world),
                 u_log_warp=log_warp_vector(projection).tobytes(),
+                u_log_bend=log_bend_vector(projection).tobytes(),
                 u_rows=rows,
                 u_shift=BALANCE * (math.log(2.0) * 2.0 / rows / projection.log.scale) ** 2 / 8.0,
                 u_first_slab=first,
@@ -61,8 +68,8 @@ def log_planes(projection: ShadowProjection) -> np.ndarray:
 def cut_rows(projection: ShadowProjection, size: int) -> int:
     """Slabs into which a map of `size` texels is cut, so that no edge leaves its curve between two rows by more than `BEND_TEXELS`.
 
-    With t = k·ln w an edge is straight in (X, w) and s = X/w affine in 1/w (s = X: in w); either way d²t/ds² = ± (dt/ds)²/k, so that a
-    chord over g texels of t misses by g²/(8 k) texels along t, k in texels (second derivative, integrated twice between the ends);
+    With t = k·ln(w/(base + slope·w)) an edge is straight in (X, w) and s = X/w affine in 1/w (s = X: in w, and slope 0); either way
+    d²t/ds² = ± (dt/ds)²/k, so that a chord over g texels of t misses by g²/(8 k) texels along t, k in texels (Taylor at its middle);
     moved by `BALANCE` of that, it misses by at most `BALANCE` of it on either side.
     """
     k_texels = abs(projection.log.scale) / math.log(2.0) * size / 2.0
@@ -72,8 +79,10 @@ def cut_rows(projection: ShadowProjection, size: int) -> int:
 def most_cuts(projection: ShadowProjection, rows: int, bounds_ws: np.ndarray, longest_edge_m: np.ndarray) -> np.ndarray:
     """(B,) at least as many rows as a triangle inside each box (B, 2, 3), its edges no longer than `longest_edge_m`, can cross."""
     log, row = projection.log, projection.clip_from_world[3]
-    ends = np.exp2((np.array([-1.0, 1.0]) - log.offset) / log.scale)
+    ends = log.w_at(np.array([-1.0, 1.0]))
     centre, half = bounds_ws.mean(axis=1) @ row[:3] + row[3], (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2 @ np.abs(row[:3])
     low, high = np.clip(centre - half, *ends), np.clip(centre + half, *ends)
-    high = np.minimum(high, low + longest_edge_m * np.linalg.norm(row[:3]))
-    return np.ceil(0.5 * rows * log.scale * np.log2(high / low)) + 1.0
+    reach = np.minimum(longest_edge_m * np.linalg.norm(row[:3]), high - low)
+    # dt/dw is convex in w, so the steepest stretch lies at an end
+    climbed = [log.t_at(start + reach) - log.t_at(start) for start in (low, high - reach)]
+    return np.ceil(0.5 * rows * np.maximum(*climbed)) + 1.0

@@ -10,7 +10,7 @@ from ..maths.projection import ShadowPlan, ShadowProjection
 from .clusters import frustum_planes
 from .draw_list import DrawList
 from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer
-from .log_pass import draw_log_map, log_warp_vector
+from .log_pass import draw_log_map, log_bend_vector, log_warp_vector
 from .machine import check_maps
 from .nsm_pass import NsmCells
 from .programs import Programs, matrix_bytes, set_uniforms
@@ -120,6 +120,7 @@ def plan_block(plan: ShadowPlan | None) -> bytes:
         row[36:52] = planes.ravel()
         row[52:56] = log_warp_vector(projection)
         row[56:58] = _linear_t(matrix)
+        row[58:60] = log_bend_vector(projection)
     return block.tobytes()
 
 

@@ -1,11 +1,12 @@
 // The shadow maps of one light and view: mirrors maths/lookup.py, which is the oracle of these functions.
+#include "common_log_warp.glsl"
 struct ShadowMap {
     mat4 clip_from_world;   // NDC after division: s, t, depth growing away from the light
     mat4 world_from_clip;
     vec4 bounds;            // view depth from, to; number of region planes; 1 = holds no receiver
     vec4 planes[4];         // inside where dot(plane, (X, 1)) >= 0
-    vec4 log_warp;          // t = scale * log2(w) + offset; 1 if s is divided by w; 1 if logarithmic
-    vec4 log_linear;        // the projective part's own t = x + y / w
+    vec4 log_warp;          // as common_log_warp.glsl has it
+    vec4 log_linear;        // the projective part's own t = x + y / w; base and slope of common_log_warp.glsl
 };
 layout(std140) uniform ShadowPlan { ShadowMap maps[MAX_MAPS]; };
 uniform int u_map_count;
@@ -31,7 +32,7 @@ vec4 project(int i, vec3 x_ws) {
     vec4 c = maps[i].clip_from_world * vec4(x_ws, 1.0);
     vec4 l = maps[i].log_warp;
     if (l.w == 0.0) return vec4(c.xyz / c.w, c.w);
-    return vec4(l.z == 0.0 ? c.x : c.x / c.w, l.x * log2(c.w) + l.y, c.z, c.w);
+    return vec4(l.z == 0.0 ? c.x : c.x / c.w, log_t(l, maps[i].log_linear.zw, c.w), c.z, c.w);
 }
 
 // World point at NDC (s, t, depth): the inverse of project.
@@ -39,7 +40,7 @@ vec3 unproject(int i, vec3 q) {
     vec4 l = maps[i].log_warp;
     vec4 c = vec4(q, 1.0);
     if (l.w != 0.0) {
-        float w = exp2((q.y - l.y) / l.x);
+        float w = log_w(l, maps[i].log_linear.zw, q.y);
         c = vec4(l.z == 0.0 ? q.x : q.x * w, maps[i].log_linear.x * w + maps[i].log_linear.y, q.z, w);
     }
     vec4 x = maps[i].world_from_clip * c;
@@ -57,5 +58,5 @@ void texel_gradients(int i, vec4 q, out vec3 grad_s, out vec3 grad_t) {
         return;
     }
     grad_s = l.z == 0.0 ? m[0].xyz * half_size : (m[0].xyz - q.x * m[3].xyz) * (half_size / q.w);
-    grad_t = m[3].xyz * (half_size * l.x / (q.w * 0.6931471805599453));
+    grad_t = m[3].xyz * (half_size * log_rate(l, maps[i].log_linear.zw, q.w));
 }

@@ -7,8 +7,7 @@ struct Receiver {
     vec3 normal_ws;          // of its triangle, on the viewer's side
     vec3 light_ws;
     int map;
-    vec4 log_warp;           // of the map, and its log_linear.x: looked up once
-    float log_linear;
+    vec4 log_warp, log_linear;   // of the map: looked up once
     vec4 q;                  // project(map, position)
     vec2 texel;              // 0 ... N
     vec3 step_s, step_t;     // one texel, across the light's ray, metres
@@ -27,7 +26,7 @@ struct Receiver {
 vec4 clip_at(int i, vec3 q) {
     vec4 l = maps[i].log_warp;
     if (l.w == 0.0) return vec4(q, 1.0);
-    float w = exp2((q.y - l.y) / l.x);
+    float w = log_w(l, maps[i].log_linear.zw, q.y);
     return vec4(l.z == 0.0 ? q.x : q.x * w, maps[i].log_linear.x * w + maps[i].log_linear.y, q.z, w);
 }
 
@@ -54,7 +53,7 @@ Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 
     r.light_ws = light_ws;
     r.map = map;
     r.log_warp = maps[map].log_warp;
-    r.log_linear = maps[map].log_linear.x;
+    r.log_linear = maps[map].log_linear;
     r.facing = dot(normal_ws, light_ws);
     r.noise_m = noise_m;
     r.ids = ids;
@@ -70,8 +69,9 @@ Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 
 vec4 clip_offset(Receiver r, vec3 q) {
     vec3 d = q - r.q.xyz;
     if (r.log_warp.w == 0.0) return vec4(d, 0.0);
-    float dw = r.clip.w * (exp2(d.y / r.log_warp.x) - 1.0);
-    return vec4(r.log_warp.z == 0.0 ? d.x : q.x * dw + d.x * r.clip.w, r.log_linear * dw, d.z, dw);
+    float base = r.log_linear.z, slope = r.log_linear.w, grown = r.clip.w * (exp2(d.y / r.log_warp.x) - 1.0);
+    float dw = grown * (base + slope * r.clip.w) / (base - slope * grown);
+    return vec4(r.log_warp.z == 0.0 ? d.x : q.x * dw + d.x * r.clip.w, r.log_linear.x * dw, d.z, dw);
 }
 
 // Metres by which the point of the map at NDC (s, t, depth) stands above the receiver's plane (negative: below).

@@ -3,7 +3,9 @@
 // alone: neighbours share every point, no crack opens between them. What lies before the first or behind the last row is cut off.
 layout(triangles) in;
 layout(triangle_strip, max_vertices = MOST_VERTICES) out;
-uniform vec4 u_log_warp;    // as ShadowMap.log_warp
+#include "common_log_warp.glsl"
+uniform vec4 u_log_warp;    // as common_log_warp.glsl has them
+uniform vec2 u_log_bend;
 uniform int u_rows;         // row j of u_rows lies at t = 2 j / u_rows - 1
 uniform int u_first_slab;   // of the triangle's own slabs, this draw emits MOST_SLABS from here on
 uniform float u_shift;      // how far before its curve a cut point lies, see emit_cut
@@ -12,21 +14,21 @@ flat in uint v_id[];
 flat out uint g_id;
 #endif
 // A plane's depth is affine in (X, w); divided by the divisor of s (w, or 1) it is affine along a row, and straight from row to row as the
-// edges are. Taken from the triangle's lowest corner, so that a level triangle stays level to the last bit.
+// edges are; so is the divisor's inverse. Taken from the triangle's lowest corner, so that a level triangle stays level to the last bit.
 flat out float g_level;
-noperspective out vec2 g_rise;   // (depth - level) / divisor, divisor
+noperspective out vec2 g_rise;   // (depth - level) / divisor, 1 / divisor
 
 float level;
 
 float t_of_row(int j) { return float(j) * (2.0 / float(u_rows)) - 1.0; }
-float w_of_row(int j) { return exp2((t_of_row(j) - u_log_warp.y) / u_log_warp.x); }
-float t_of(float w) { return u_log_warp.x * log2(w) + u_log_warp.y; }
+float w_of_row(int j) { return log_w(u_log_warp, u_log_bend, t_of_row(j)); }
+float t_of(float w) { return log_t(u_log_warp, u_log_bend, w); }
 int row_below(float w) { return int(floor((t_of(w) + 1.0) * 0.5 * float(u_rows))); }
 
-void emit(float s, float t, float rise, float divisor) {
+void emit(float s, float t, float rise, float inverse_divisor) {
     gl_Position = vec4(s, t, 0.0, 1.0);
     g_level = level;
-    g_rise = vec2(rise, divisor);
+    g_rise = vec2(rise, inverse_divisor);
 #if IDS
     g_id = v_id[0];
 #endif
@@ -38,11 +40,11 @@ void emit(float s, float t, float rise, float divisor) {
 
 void emit_corner(vec4 c) {
     float divisor = u_log_warp.z == 0.0 ? 1.0 : c.w;
-    emit(c.x / divisor, t_of(c.w), (c.z - level) / divisor, divisor);
+    emit(c.x / divisor, t_of(c.w), (c.z - level) / divisor, 1.0 / divisor);
 }
 
-// Where the edge from a to b (a.w < w < b.w) crosses a row. Along it s and rise are constant + share * exp(-t or t), and chords lie beyond
-// such a curve; a cut point lies u_shift of the share before it, so that the chord misses the curve as much on either side.
+// Where the edge from a to b (a.w < w < b.w) crosses a row. Along it s, rise and 1 / w are constant + share * exp(-t or t), and chords lie
+// beyond such a curve; a cut point lies u_shift of the share before it, so that the chord misses the curve as much on either side.
 void emit_cut(vec4 a, vec4 b, float t, float w) {
     vec4 side = b - a;
     vec2 slope = side.xz / side.w, at = vec2(a.x, a.z - level) + slope * (w - a.w);
@@ -50,8 +52,9 @@ void emit_cut(vec4 a, vec4 b, float t, float w) {
         at -= u_shift * w * slope;
         emit(at.x, t, at.y, 1.0);
     } else {
-        at = (at - u_shift * (at - w * slope)) / w;
-        emit(at.x, t, at.y, (1.0 - u_shift) * w);
+        float shift = u_shift * (1.0 + w * u_log_bend.y / u_log_bend.x);
+        at = (at - shift * (at - w * slope)) / w;
+        emit(at.x, t, at.y, (1.0 - shift) / w);
     }
 }
 

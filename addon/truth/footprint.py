@@ -24,7 +24,7 @@ def texel_coordinates(projection: ShadowProjection, points_ws: np.ndarray, map_s
     log = projection.log
     if log is not None:
         s = s if log.perspective_s else clip[:, 0]
-        t = log.scale * np.log2(w) + log.offset
+        t = log.t_at(w)
     return (np.stack([s, t], axis=-1) + 1.0) * (map_size / 2.0)
 
 

@@ -81,6 +81,7 @@ def test_every_option_is_in_exactly_one_section(drawn, room, blend):
             ("lispsm-general", "z-adaptive", "id-depth"),
             ("psm", "z-pssm", "depth"),
             ("uniform", "none", "triangle"),
+            ("logpsm", "faces", "depth"),
         ):
             props.warp, props.partition, props.test = warp, partition, test
             props.bias_strategy, props.use_object_colors, props.pcf = "constant", False, "9"

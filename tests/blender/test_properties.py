@@ -40,7 +40,7 @@ def test_every_choice_is_the_command_lines_and_explains_itself(props, modules):
 
 
 CHANGES = {
-    "warp": "psm", "eta": 0.25, "warp_parameter": 12.5, "pseudo_near": 3.5, "convergence": "sine",
+    "warp": "psm", "eta": 0.25, "warp_parameter": 12.5, "pseudo_near": 3.5, "convergence": "sine", "log_bend": 1.5,
     "partition": "z-pssm", "partitions": 6, "cut": "view", "split_weight": 0.7, "alpha": (2.0, 2.5, 4.0),
     "map_size": 2048, "fit": "scene", "margin": 2.5,
     "test": "id-depth", "depths": 4, "pcf": "9", "filter_unit": "pixel", "filter_width": 2.5, "bias_strategy": "slope-scaled",
@@ -51,6 +51,7 @@ CHANGES = {
     "impostor_warp": "forward", "impostor_predictor": "critical", "impostor_limit": 0.125, "impostor_texels": 1.5,
     "impostor_max_texels": 512, "impostor_tilt": 30.0, "impostor_captures": 3, "impostor_memory": 64, "impostor_fade": 4,
     "impostor_break_even": False, "impostor_views": 2, "impostor_directions": 8, "impostor_fill": False,
+    "impostor_casters": "impostor",
 }  # fmt: skip
 
 
@@ -60,6 +61,7 @@ def test_every_option_has_a_case_here(modules):
 
 # what must be chosen for an option to apply at all
 NEEDS = {
+    "log_bend": {"warp": "logpsm"},
     "split_weight": {"partition": "z-pssm"},
     "bias": {"bias_strategy": "constant"},
     "clay": {"use_object_colors": False},

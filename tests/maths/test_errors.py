@@ -86,6 +86,21 @@ def test_the_maxima_are_those_over_the_view_axis(view, strength, logarithmic, pe
         close(error_z(m, z).max(), max_error_z(m))
 
 
+@given(views(), strengths, st.floats(-0.95, 50.0).filter(lambda bend: bend == 0.0 or abs(bend) > 1e-6))
+def test_the_largest_m_z_of_a_bent_log_map_is_the_largest_of_all(view, strength, bend):
+    m, z = warped(view, strength, logarithmic=True, bend=bend), depths(view, 400)
+    largest = float(beam_error_z(m, z).max())
+    assert largest <= max_beam_error_z(m) * (1 + 1e-12)
+    assert max_beam_error_z(m) <= largest * 1.02
+
+
+@given(views(), st.floats(0.02, 100.0))
+def test_a_log_map_bent_to_the_perspective_map_has_its_error(view, strength):
+    m, z = warped(view, strength), depths(view, 9)
+    bent = warped(view, strength, logarithmic=True, bend=pyramid_depth(view) / m.parameter)
+    np.testing.assert_allclose(beam_error_z(bent, z), beam_error_z(m, z), rtol=1e-7)
+
+
 @given(views(), strengths, st.booleans())
 def test_scalars_and_arrays_agree_and_weak_warps_tend_to_uniform(view, strength, logarithmic):
     m, z = warped(view, strength, logarithmic=logarithmic), depths(view, 9)

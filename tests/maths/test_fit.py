@@ -16,6 +16,7 @@ from tests.maths.fit_rigs import IMAGE, camera_at, casters_round, plan_of, recei
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
 FITS = ("frustum", "scene", "samples")
 SPLIT = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive")
+BENT = tuple(WarpChoice("logpsm", log_bend=bend) for bend in (-0.95, 2.0, 300.0))
 
 
 def _random_view(seed, kind="sun", offset=0.0):
@@ -45,7 +46,7 @@ def _served(plan, camera, light, points):
 
 @pytest.mark.parametrize("kind", FITS)
 @pytest.mark.parametrize("light_kind", ["sun", "spot", "point"])
-@given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS), partition=st.sampled_from(SPLIT))
+@given(seed=st.integers(0, 100_000), warp=st.sampled_from((*WARPS, *BENT)), partition=st.sampled_from(SPLIT))
 @settings(max_examples=12)
 def test_every_receiver_falls_inside_its_map_with_positive_w_and_depth_in_range(kind, light_kind, seed, warp, partition):
     camera, light, points, bounds = _random_view(seed, light_kind)
@@ -72,7 +73,7 @@ def test_samples_far_from_the_origin_fit_as_well_as_near_it(seed, warp):
         assert np.allclose(p.clip_from_world, back, rtol=1e-4, atol=1e-4 * np.abs(back).max())
 
 
-@given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS), light_kind=st.sampled_from(["sun", "spot"]))
+@given(seed=st.integers(0, 100_000), warp=st.sampled_from((*WARPS, *BENT)), light_kind=st.sampled_from(["sun", "spot"]))
 @settings(max_examples=30)
 def test_unproject_inverts_project(seed, warp, light_kind):
     camera, light, points, bounds = _random_view(seed, light_kind)

@@ -1,6 +1,7 @@
 """Warp parameters and the maps t(v) against their definitions."""
 
-from math import atan, inf, isclose, log1p, pi, radians, sin, sqrt, tan
+from dataclasses import replace
+from math import atan, inf, isclose, log, log1p, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -10,12 +11,15 @@ from hypothesis import strategies as st
 from addon.errors import SettingsError
 from addon.maths import spacing
 from addon.maths.choices import CONVERGENCES, WARPS, WarpChoice
+from addon.maths.crop import bent
 from addon.maths.errors import base_error_log_t, base_error_s, base_error_t, error_z, max_error_x, max_error_z
+from addon.maths.projection import LogWarp
 from addon.maths.warped_map import WarpedMap
 from addon.maths.warps import (
     DIRECT_FADE_RAD,
     convergence,
     eta_from_parameter,
+    faded_bend,
     far_parameter,
     gamma_lim_rad,
     lispsm_general_parameter,
@@ -34,6 +38,7 @@ from addon.maths.warps import (
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, light_z, pyramid_depth, views
 
 OVERHEAD = pi / 2
+bends = st.floats(-0.95, 100.0).filter(lambda bend: bend == 0.0 or abs(bend) > 1e-6)
 
 
 def close(a, b, rel=1e-9):
@@ -300,6 +305,32 @@ def test_general_b_is_the_text_s_and_holds_the_log_and_the_perspective_map(n_bar
     if abs(b / n_bar - 1.0) > 0.1:
         text = np.log((v + n_bar) * b / ((v + b) * n_bar)) / np.log((1 + n_bar) * b / ((1 + b) * n_bar))
         np.testing.assert_allclose(spacing.log_perspective_forward(v, n_bar, b), text, atol=1e-9)
+
+
+@given(near=st.floats(0.01, 100.0), ratio=st.floats(1.05, 1e4), bend=bends)
+def test_a_map_s_log_step_is_general_b_over_its_strip(near, ratio, bend):
+    """`LogWarp` of the fitted maps against LogPSM 5.43, 5.47-5.51; its inverse and its derivative."""
+    far, v = near * ratio, np.linspace(0.0, 1.0, 17)
+    _, base, slope = bent(bend, near, far)
+    unit = LogWarp(near, far, 1.0 if base > 0.0 else -1.0, 0.0, True, bend, base, slope)
+    used, w = slope * (far - near), near + v * (far - near)
+    assert used == pytest.approx(bend, abs=1e-9) or abs((1.0 + bend) / ratio - 1.0) < 0.016
+    span = float(unit.t_at(far) - unit.t_at(near))
+    log_warp = replace(unit, scale=unit.scale * 2.0 / span, offset=-1.0 - 2.0 * float(unit.t_at(near)) / span)
+    n_bar, b = near / (far - near), 1.0 / used if used else inf
+    t = 2.0 * spacing.log_perspective_forward(v, n_bar, b) - 1.0
+    np.testing.assert_allclose(log_warp.t_at(w), t, atol=1e-7)
+    np.testing.assert_allclose(log_warp.w_at(t), w, rtol=1e-6)
+    rate = 2.0 * spacing.log_perspective_derivative(v, n_bar, b) / (far - near)
+    np.testing.assert_allclose(log_warp.t_rate(w), rate, rtol=1e-6)
+
+
+@given(near=st.floats(0.01, 10.0), ratio=st.floats(1.1, 1e4), bend=bends)
+def test_a_log_map_straightens_with_its_warp(near, ratio, bend):
+    strengths = np.linspace(0.0, 1.2, 40) * log(ratio)
+    faded = np.array([faded_bend(bend, near, near * ratio, s) for s in strengths])
+    assert faded[0] == 0.0 and faded[-1] == pytest.approx(bend)
+    assert (np.diff(np.abs(faded)) >= -1e-12).all() and np.abs(np.diff(np.log1p(faded))).max() <= abs(np.log1p(bend)) / 30 + 1e-6
 
 
 @given(views(min_ratio=1.01), st.floats(0.1, 100.0))

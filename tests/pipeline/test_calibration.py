@@ -4,6 +4,8 @@ The cards stand close round the view axis, from near to far, and face the mid di
 slope is gone and m_x, m_z of the `aliasing` pass are T4's perspective errors. The fit is the whole view frustum, one map: the theory's P.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,7 +39,8 @@ def sun_at(gamma, up=1.0, right=0.0):
 def measured_on(renderer, light, warp):
     """(view depth, m_x, m_z) of every card's pixels, one row per card, medians; and the map."""
     scene = scenes.calibration_cards(CAMERA, light.direction_ws, DISTANCES, size_px=0.006, spread=0.1)
-    settings = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "frustum", "size": MAP})
+    kind = warp if isinstance(warp, dict) else {"kind": warp}
+    settings = Settings().replaced(warp=kind, partition={"kind": "none"}, fit={"kind": "frustum", "size": MAP})
     frame = renderer.render(scene, CAMERA, light, settings, SIZE, ("depth", "aliasing", "object"))
     cards = [frame.passes["object"] == i for i in range(len(DISTANCES))]
     assert all(card.any() for card in cards), "a card is hidden or falls between the pixels"
@@ -88,6 +91,18 @@ def test_the_fits_warp_is_the_methods_but_for_the_limit_on_its_growth(warp, gamm
 def test_the_error_of_logpsm_along_the_view_is_flat(renderer, gamma_deg):
     (_, _, m_z), _ = measured_on(renderer, sun_at(np.radians(gamma_deg)), "logpsm")
     assert np.abs(m_z / np.median(m_z) - 1.0).max() < WITHIN
+
+
+@pytest.mark.parametrize("bend", [-0.8, 1.0, 20.0, 1000.0])
+@pytest.mark.parametrize("gamma_deg", [35.0, 50.0, 90.0])
+def test_the_bent_log_maps_are_the_theorys_too(renderer, bend, gamma_deg):
+    """LogPSM 5.50 with general b, below γ = 90° as `faded_bend` has it; b = 1/1000 is far beyond the perspective map's 1/49."""
+    gamma = np.radians(gamma_deg)
+    (z, m_x, m_z), projection = measured_on(renderer, sun_at(gamma), {"kind": "logpsm", "log_bend": bend})
+    m = replace(map_of("logpsm", gamma, projection.warp_parameter), bend=projection.log.bend)
+    assert m.bend == pytest.approx(bend, rel=0.02) or gamma_deg < 90.0
+    expected = MARGIN**2 * error_x(m, z, SIZE[0] / MAP) * beam_error_z(m, z, SIZE[1] / MAP)
+    assert np.abs(m_x * m_z / expected - 1.0).max() < WITHIN
 
 
 @pytest.mark.parametrize("warp", ["uniform", "psm", "lispsm-general", "logpsm"])

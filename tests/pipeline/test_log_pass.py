@@ -39,7 +39,10 @@ def ray_depth(scene, projection, size):
     return np.where(np.isfinite(depth), np.clip(depth, 0.0, 1.0), 1.0).reshape(size, size)
 
 
-@pytest.mark.parametrize("warp", ["logpsm", "log"])
+BENT = [{"kind": "logpsm", "log_bend": bend} for bend in (-0.9, 3.0, 30.0)]
+
+
+@pytest.mark.parametrize("warp", ["logpsm", "log", *BENT], ids=str)
 @pytest.mark.parametrize("make", [scenes.railing, scenes.chair, scenes.border_floor])
 def test_the_map_holds_what_rays_through_its_texel_centres_meet(renderer, make, warp):
     scene = make()
@@ -54,7 +57,8 @@ def test_the_map_holds_what_rays_through_its_texel_centres_meet(renderer, make, 
 
 def log_frame(renderer, scene, warp="logpsm", **test):
     """A frame with one logarithmic map of MAP² texels."""
-    chosen = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": MAP}, test=test)
+    kind = warp if isinstance(warp, dict) else {"kind": warp}
+    chosen = Settings().replaced(warp=kind, partition={"kind": "none"}, fit={"kind": "scene", "size": MAP}, test=test)
     return renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("texel", "shadow"))
 
 
@@ -69,7 +73,7 @@ def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monke
     assert error[0] < 0.1 * error[1]
 
 
-@pytest.mark.parametrize("warp", ["logpsm", "log"])
+@pytest.mark.parametrize("warp", ["logpsm", "log", *BENT], ids=str)
 def test_a_map_drawn_in_many_turns_is_the_map_drawn_in_one(renderer, monkeypatch, warp):
     """However few slabs a draw may emit of a triangle, the same pieces arrive, with the same ids."""
     scene, frames = scenes.border_floor(), []

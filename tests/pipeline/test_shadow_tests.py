@@ -17,11 +17,13 @@ from tests.pipeline import oracle
 SIZE, MAP = (160, 90), 128
 CAMERA = scenes.look_at((1.9, -2.3, 1.6), (0.0, 0.1, 0.3), near=0.3, far=60.0)
 SUN = scenes.sun(30.0)
-PLANS = [("uniform", "none"), ("lispsm-general", "none"), ("lispsm-general", "z-adaptive"), ("logpsm", "none")]
+PLANS = [("uniform", "none"), ("lispsm-general", "none"), ("lispsm-general", "z-adaptive"), ("logpsm", "none"),
+         ({"kind": "logpsm", "log_bend": 2.0}, "none"), ({"kind": "logpsm", "log_bend": -0.7}, "none")]
 
 
 def settings(warp="lispsm-general", partition="none", size=MAP, **test):
-    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition}, fit={"size": size}, test=test)
+    chosen = warp if isinstance(warp, dict) else {"kind": warp}
+    return Settings().replaced(warp=chosen, partition={"kind": partition}, fit={"size": size}, test=test)
 
 
 def render(renderer, scene, chosen, light=SUN, camera=CAMERA):
