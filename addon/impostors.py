@@ -110,6 +110,7 @@ def choice_for(
         views=settings.views,
         directions=settings.directions,
         fill=settings.fill,
+        casters=settings.casters,
     )
 
 

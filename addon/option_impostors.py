@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from .maths.relief_life import LIMITS
 from .option import Option, choice
-from .option_words import IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
-from .pipeline.settings import IMPOSTOR_PROJECTIONS, IMPOSTOR_USES, IMPOSTOR_WARPS
+from .option_words import IMPOSTOR_CASTER_WORDS, IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
+from .pipeline.settings import IMPOSTOR_CASTERS, IMPOSTOR_PROJECTIONS, IMPOSTOR_USES, IMPOSTOR_WARPS
 
 GROUP = "impostor"
 
@@ -112,6 +112,15 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         low=0.125,
         high=8.0,
         soft=(0.5, 4.0),
+    ),
+    choice(
+        "impostor_casters",
+        GROUP,
+        "casters",
+        "Shadows Cast By",
+        "What casts the shadows of objects that are drawn as impostors",
+        IMPOSTOR_CASTERS,
+        IMPOSTOR_CASTER_WORDS,
     ),
     _one(
         "impostor_max_texels",

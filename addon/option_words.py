@@ -87,6 +87,10 @@ IMPOSTOR_WARP_WORDS = (
     ("Follow Rays", "Each pixel follows its view ray through the depths of the texture, front and back: the most exact"),
     ("Pre-Warp", "The texels are moved first, holes filled by interpolation (RI 5-3, 5-4): as in the text"),
 )
+IMPOSTOR_CASTER_WORDS = (
+    ("Geometry", "Their triangles cast the shadows: exact, and drawn into every shadow map"),
+    ("Impostors", "Captured once from the light, they cast shadows from that texture: cheaper, a little less exact at its edges"),
+)
 PREDICTOR_WORDS = (
     ("Critical Point", "E_u² + E_v² of the neighbouring texels with the largest step in depth, as written (RI 5-5 to 5-7)"),
     ("Critical Point, Corrected", "By how many pixels that pair opens along its own axis; a pair at rest counts 0"),

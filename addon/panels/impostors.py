@@ -23,6 +23,7 @@ CAPTURE = (
     "impostor_max_texels",
     "impostor_views",
     "impostor_directions",
+    "impostor_casters",
     "impostor_memory",
     "impostor_captures",
 )

@@ -19,6 +19,7 @@ DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
 IMPOSTOR_USES = ("automatic", "manual", "off")
 IMPOSTOR_PROJECTIONS = ("perspective", "orthographic")
 IMPOSTOR_WARPS = ("inverse", "forward")
+IMPOSTOR_CASTERS = ("geometry", "impostor")
 _LIFE, _CAPTURE = LifeSettings(), CaptureChoice()
 
 
@@ -95,6 +96,7 @@ class ImpostorSettings:
     `max_tilt_deg` beyond which an impostor is renewed in any case. `regenerations` per picture of a view, `memory_mib` for all textures.
     `break_even`: what is cheaper as geometry is drawn as geometry ('automatic'). `views` captures are drawn together, the last ones or,
     with `directions` n > 0, those nearest of n × n directions round the object. `fill`: what lay hidden at capture is taken to go on.
+    `casters` 'impostor': what is drawn as impostor casts its shadow as one.
     """
 
     use: str = "automatic"
@@ -114,6 +116,7 @@ class ImpostorSettings:
     views: int = 1
     directions: int = 0
     fill: bool = True
+    casters: str = "geometry"
 
     def __post_init__(self) -> None:
         require_choice("Impostors", self.use, IMPOSTOR_USES)
@@ -127,6 +130,7 @@ class ImpostorSettings:
         require(0 <= self.regenerations <= 10000, "Impostor captures per picture: 0 to 10000.")
         require(1 <= self.memory_mib <= 1 << 20, "The impostors' texture memory must be 1 MiB or more.")
         require(0 <= self.fade_frames <= 60, "The impostors' crossfade takes 0 to 60 pictures.")
+        require_choice("Impostor casters", self.casters, IMPOSTOR_CASTERS)
         require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
         require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
 

@@ -147,6 +147,16 @@ def test_several_captures_can_be_kept_and_drawn_together(ball, view, cube_scene,
     assert reports[ball.name].stage != "geometry" and difference(shown, without(view)) < 0.02
 
 
+def test_its_shadow_can_be_cast_by_an_impostor_too(ball, view):
+    ball.cad_shadow_impostor = True
+    shown, reports = view(impostor_casters="impostor")
+    truth = without(view)
+    assert reports[ball.name].stage == "regenerated"
+    assert difference(shown, truth) < 0.02
+    dark = [(p.passes["shadow"] < 0.5) & (p.passes["object"] == truth.passes["object"]) for p in (shown, truth)]
+    assert (dark[0] & dark[1]).sum() / (dark[0] | dark[1]).sum() > 0.9
+
+
 def test_renamed_it_keeps_its_texture(ball, view):
     ball.cad_shadow_impostor = True
     view()
