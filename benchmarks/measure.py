@@ -63,18 +63,18 @@ def code_mark() -> str:
 
 
 def measure(names: Iterable[str], methods: Mapping[str, Settings], elevations: tuple[float, ...] = (), only_first_view: bool = False,
-            size: tuple[int, int] = views.SIZE, known: Container[Key] = ()) -> Iterator[Row]:
+            size: tuple[int, int] = views.SIZE, known: Container[Key] = (), every: int = 1) -> Iterator[Row]:
     """Rows of every model × view × light × method, in that order, but those whose key is `known`. A view in which nothing faces the
     light is left out.
 
-    `elevations` (degrees) replaces the five lights by suns at these heights, from the side.
+    `elevations` (degrees) replaces the five lights by suns at these heights, from the side; `every` n-th light only.
     """
     for name in names:
         scene = models.load(name)
         tracer = TruthTracer(scene, "embree")
         for view in views.views(name, scene)[: 1 if only_first_view else None]:
             suns = views.elevated(view.camera, elevations) if elevations else views.lights(view.camera)
-            for light_name, light in suns.items():
+            for light_name, light in list(suns.items())[::every]:
                 wanted = {method: s for method, s in methods.items() if (name, view.name, light.name, method) not in known}
                 if not wanted:
                     continue

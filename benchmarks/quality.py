@@ -37,10 +37,12 @@ OUTSIDE = ("huldra_utilities.glb", "tower_crane.glb")
 
 @dataclass(frozen=True)
 class Choice:
-    """What of a table is measured: models (None: the table's own), methods by patterns, and whether rows that are there stay."""
+    """What of a table is measured: models (None: the table's own), methods by patterns, every n-th light, and whether rows that are
+    there stay."""
 
     models: list[str] | None
     only: list[str]
+    every: int
     resume: bool
 
     def names(self, fallback: tuple[str, ...]) -> tuple[str, ...]:
@@ -55,7 +57,7 @@ def run(choice: Choice, table: str, models: tuple[str, ...], methods: Mapping[st
     path = RESULTS / f"{table}.jsonl"
     there = read(path) if path.is_file() else []
     stay = [row for row in there if choice.resume or row.model not in models or row.method not in methods]
-    kept(path, measure(models, methods, known={row.key for row in stay}, **how), stay)
+    kept(path, measure(models, methods, known={row.key for row in stay}, every=choice.every, **how), stay)
 
 
 def run_first_light(choice: Choice) -> None:
@@ -101,10 +103,11 @@ def main() -> None:
     parser.add_argument("--models", nargs="+", metavar="NAME", help="only these (deck, or file names of ../shared/cad/dev)")
     parser.add_argument("--only", nargs="+", default=["*"], metavar="PATTERN",
                         help="only methods whose name matches one of these, such as '*one map*'")
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th light of a view (--resume fills in the rest)")
     parser.add_argument("--resume", action="store_true", help="keep the rows that are there, measure what is missing")
     args = parser.parse_args()
     if args.table != "write":
-        RUNS[args.table](Choice(args.models, args.only, args.resume))
+        RUNS[args.table](Choice(args.models, args.only, args.every, args.resume))
     tables.write(ROOT / "docs" / "quality.md", RESULTS, machine())
 
 
