@@ -51,7 +51,7 @@ def redraw() -> None:
             area.tag_redraw()
 
 
-def until(condition: Callable[[], object], what: str, seconds: float = 30) -> Generator:
+def until(condition: Callable[[], object], what: str, seconds: float = 120) -> Generator:
     """Wait until the condition holds; TimeoutError saying what was waited for."""
     end = time.monotonic() + seconds
     while not condition():

@@ -24,7 +24,7 @@ ROOT = HERE.parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
 SIZE = (1600, 1200)
 LIMIT_S = {"tour": 1800, "stress": 3000}
-HANG_S = {"tour": 120, "stress": 600}  # Blender alone may take minutes for the first drawing of a million triangles
+HANG_S = {"tour": 300, "stress": 600}  # Blender alone may take minutes for the first drawing of a million triangles
 MODULE = "bl_ext.user_default.cad_shadow_preview"
 # What in Blender's log is a defect of ours.
 BAD_LOG = re.compile(r"Traceback|Error:|EXCEPTION|Segmentation|Not freed|GL error|^WARN.*cad_shadow", re.MULTILINE)

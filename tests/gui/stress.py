@@ -24,6 +24,7 @@ KINDS = ("Texture", "Buffer", "Framebuffer", "Program", "Shader", "VertexArray",
 MOST_GL_NAMES = 4000
 PREVIEWS, REGISTRATIONS, FILES, UNDOS = 200, 100, 50, 50
 FRAMES = 40
+SHOWN_EVERY = 5
 
 
 def addon(name: str):
@@ -91,10 +92,12 @@ def work(previews: int, registrations: int, files: int, undos: int) -> Generator
     yield from close_extra_windows()
     say(f"{registrations} registrations")
     addon_utils = importlib.import_module("addon_utils")
-    for _ in range(registrations):
+    for i in range(registrations):
         addon_utils.disable(MODULE, default_set=True)
         assert addon_utils.enable(MODULE, default_set=True)
-        view().spaces.active.shading.type = "RENDERED"
+        if i % SHOWN_EVERY == 0:  # a new OpenGL context, whose shaders a software driver compiles for seconds
+            view().spaces.active.shading.type = "RENDERED"
+            yield from until(lambda: any(live._shown for live in addon("viewport")._views), "a picture", 120)
         yield 0.05
     yield from fresh()
     names = [OUT / "a.blend", OUT / "b.blend"]
