@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from .report import head_of
 from .snapshot import marked_instead
 
 MIB = 1 << 20
+TOLD_EVERY = 10
 
 
 def impostor_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
@@ -86,8 +88,7 @@ def _walked(
     else:
         place, jobs = "frame", animated(scene, request, args.from_frame, args.to_frame)
     choice = choice_for(groups, first.settings.impostor, exact=True)
-    told = _picture_writer(stem) if args.pictures else lambda frame: None
-    frames = list(walk(jobs, chosen.groups, choice, told))
+    frames = list(walk(jobs, chosen.groups, choice, _teller(stem if args.pictures else None, args.quiet)))
     report = path_report(first, frames, place)
     report["errors"] += chosen.missing(groups)
     write_bytes(stem.with_name(f"{stem.name}_path.csv"), csv_text(frames).encode())
@@ -122,9 +123,16 @@ def summary(report: dict[str, object]) -> str:
     return "\n".join(lines)
 
 
-def _picture_writer(stem: Path) -> Callable[[PathFrame], None]:
-    def write(frame: PathFrame) -> None:
-        picture = np.rint(255.0 * srgb(frame.picture)).astype(np.uint8)
-        write_bytes(stem.with_name(f"{stem.name}_path_{frame.index:04d}.png"), encode_png(picture))
+def _teller(pictures: Path | None, is_quiet: bool) -> Callable[[PathFrame], None]:
+    """What is done with every frame: its picture written, a line said at each capture and now and then."""
 
-    return write
+    def tell(frame: PathFrame) -> None:
+        row = frame.row()
+        if not is_quiet and (row["stage"] == "regenerated" or frame.index % TOLD_EVERY == 0):
+            quality = "" if row["psnr_db"] is None else f", {row['psnr_db']:.1f} dB"
+            print(f"    frame {frame.index}: {row['stage']}{quality}", file=sys.stderr)
+        if pictures is not None:
+            picture = np.rint(255.0 * srgb(frame.picture)).astype(np.uint8)
+            write_bytes(pictures.with_name(f"{pictures.name}_path_{frame.index:04d}.png"), encode_png(picture))
+
+    return tell

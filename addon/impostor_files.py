@@ -29,7 +29,7 @@ HOW = (
     "world point = world_from_plane * ((u, v, 0, 1) + relief * source), divided by its last component; metres, Z up.",
     "warp for an eye e in plane coordinates (world_from_plane inverted): k = -(e0, e1, e3) / e2, K = (s0, s1, s3) + k * s2; the "
     "texel falls on (u + K0 * relief, v + K1 * relief) / (1 + K2 * relief) of the plane (RI 5-3, 5-4; any source).",
-    "Where color's alpha is 0 there is nothing; colours go on a few texels beyond, for filtering. Depth must not be filtered.",
+    "Where mask, and color's alpha, is 0 there is nothing; colours go on a few texels beyond, for filtering. Depth must not be filtered.",
 )
 
 
@@ -130,8 +130,14 @@ def _pngs(baked: BakedImpostor) -> dict[str, bytes]:
         "back": np.rint(images["back"] / scale).astype(np.uint16),
         "normal": np.rint(np.where(baked.mask[..., None], images["normal"] * 0.5 + 0.5, 0.5) * 65535.0).astype(np.uint16),
         "object": images["object"].astype(np.uint16),
+        "mask": _mask(baked),
     }
     return {f"{content}.png": encode_png(value) for content, value in values.items()}
+
+
+def _mask(baked: BakedImpostor) -> np.ndarray:
+    """(h, w) uint8: white where there is something."""
+    return np.where(baked.mask, np.uint8(255), np.uint8(0))
 
 
 def _exrs(baked: BakedImpostor) -> dict[str, bytes]:
@@ -143,10 +149,11 @@ def _exrs(baked: BakedImpostor) -> dict[str, bytes]:
         "object": {"Y": images["object"]},
     }
     types = {"object": np.uint32}
-    return {
+    files = {
         f"{content}.exr": encode_exr({key: np.ascontiguousarray(plane, types.get(content, np.float32)) for key, plane in planes.items()})
         for content, planes in channels.items()
     }
+    return files | {"mask.png": encode_png(_mask(baked))}
 
 
 def _npz(baked: BakedImpostor) -> dict[str, bytes]:

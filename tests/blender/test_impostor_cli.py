@@ -75,6 +75,7 @@ def test_png_and_json_alone_give_the_surface_back(main, balls, tmp_path, blend, 
     assert data["projection"] == projection
     color, depth, normal = (pixels(blend, tmp_path / data["files"][name]) for name in ("color", "depth", "normal"))
     mask = color[..., 3] == 1.0
+    assert np.array_equal(pixels(blend, tmp_path / data["files"]["mask"])[..., 0] == 1.0, mask)
     assert color.shape[:2] == tuple(data["size"][::-1]) and set(np.unique(color[..., 3])) == {0.0, 1.0} and mask.mean() > 0.3
     points = world_points(data, depth[..., 0] * 65535.0 * data["depth"]["scale_m"])
     outwards = points[mask] - (-1.2, 1.2, 1.0)
