@@ -168,6 +168,7 @@ def f12_renders_while_the_window_lives() -> Generator:
     bpy.ops.mesh.primitive_plane_add(size=9, location=(0, 0, -1.2))  # of two coinciding surfaces, which one shows is not laid down
     bpy.context.scene.render.engine = ENGINE
     done, folder, scene = [], OUT / "faces", bpy.context.scene
+    scene.render.resolution_percentage = 50
     folder.mkdir()
     image = scene.render.image_settings
     image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGBA", "32"
