@@ -14,7 +14,7 @@ from ..errors import GpuError, SceneError
 from ..maths.choices import require, require_choice
 from ..maths.relief_beta import Betas
 from ..maths.relief_edges import EdgeChoice, ReliefEdges
-from ..maths.relief_frame import CaptureChoice, tilt_rad
+from ..maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
 from ..maths.relief_life import Action, ImpostorState, LifeSettings, advance, decide
 from ..maths.view import Camera
 from .device import Device
@@ -22,7 +22,7 @@ from .draw_list import DrawList
 from .gbuffer_pass import GBuffer, draw_gbuffer
 from .impostor_capture import ImpostorTextures, capture, fingerprint
 from .impostor_draw import METHODS, draw_impostor
-from .impostor_sights import Part, Seen, Sights, View
+from .impostor_sights import Part, Seen, Sights, View, parts_of
 from .impostor_views import Views, towards_set
 from .scene import Scene
 
@@ -162,6 +162,8 @@ class ImpostorLibrary:
         self._old: dict[Hashable, ImpostorTextures] = {}
         self._views: dict[Hashable, Views] = {}
         self._look = Sights()
+        self._parts: tuple[Scene | None, tuple[ImpostorGroup, ...], list[Part]] = (None, (), [])
+        self._judged: tuple[DrawList | None, dict[Hashable, Hashable]] = (None, {})
 
     def update(
         self, scene: Scene, draw_list: DrawList, camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples: int = 1
@@ -171,7 +173,7 @@ class ImpostorLibrary:
         Groups no longer asked for lose their textures.
         """
         self._forget(set() if choice.fresh else {g.key for g in choice.groups})
-        parts = [Part.of(scene, group) for group in choice.groups]
+        parts = self._found(scene, choice.groups)
         states = [self._state(part, draw_list) for part in parts]
         view = _view(camera, size, choice, samples)
         if choice.never_dearer and choice.triangle_ns is None:
@@ -209,6 +211,21 @@ class ImpostorLibrary:
         """Free everything."""
         self._forget(set())
 
+    def _found(self, scene: Scene, groups: tuple[ImpostorGroup, ...]) -> list[Part]:
+        """The groups in the scene, looked for once per scene."""
+        if self._parts[0] is not scene or self._parts[1] != groups:
+            self._parts = scene, groups, parts_of(scene, groups)
+        return self._parts[2]
+
+    def _fingerprint(self, part: Part, draw_list: DrawList) -> Hashable:
+        """What the group's captures are to agree with, worked out once per draw list."""
+        if self._judged[0] is not draw_list:
+            self._judged = draw_list, {}
+        known = self._judged[1]
+        if part.group not in known:
+            known[part.group] = fingerprint(draw_list, part.rows)
+        return known[part.group]
+
     def _forget(self, wanted: set[Hashable]) -> None:
         for key in [k for k in self._states if k not in wanted]:
             del self._states[key]
@@ -232,7 +249,7 @@ class ImpostorLibrary:
         key = part.group.key
         state = self._states.get(key, ImpostorState(key))
         textures = self._textures.get(key)
-        if textures is not None and textures.fingerprint != fingerprint(draw_list, part.rows):
+        if textures is not None and textures.fingerprint != self._fingerprint(part, draw_list):
             state = replace(state, is_stale=True)
             self._look.forget(key)
             if key in self._old:
@@ -274,7 +291,8 @@ class ImpostorLibrary:
                 self._old.pop(key).release()
             return action
         try:
-            fresh = capture(self._device, draw_list, part.rows, seen.frame, with_back=choice.with_back, choice=choice.edges)
+            frame = seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.capture)
+            fresh = capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges)
         except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error))
@@ -350,7 +368,7 @@ def _asked(actions: list[Action], states: Sequence[ImpostorState], sights: Seque
     out = []
     for action, state, seen in zip(actions, states, sights, strict=True):
         wanted = action.key in choice.regenerate or not state.is_captured
-        if wanted and seen.frame is not None and seen.sight.is_visible and not seen.sight.is_too_fine:
+        if wanted and seen.sight.capture_bytes and seen.sight.is_visible and not seen.sight.is_too_fine:
             out.append(Action(action.key, "regenerated", regenerate=True, reason="asked for"))
         elif action.regenerate:
             usable = state.is_captured and not state.is_stale and seen.sight.predicted < np.inf

@@ -25,7 +25,7 @@ from .gl_raw import GL_DEPTH_CLAMP
 from .impostor_capture import ImpostorTextures, capture, fingerprint
 from .impostor_draw import draw_caster
 from .impostor_life import ImpostorChoice, ImpostorFrame
-from .impostor_sights import Part
+from .impostor_sights import Part, parts_of
 from .scene import Scene
 from .shadow_pass import ShadowMaps
 
@@ -78,7 +78,7 @@ class CasterLibrary:
         for key in [key for key in self._kept if key not in {group.key for group in wanted}]:
             self._kept.pop(key)[1].release()
         rows, textures, room = np.ones(len(scene.instances), bool), [], choice.life.regenerations
-        for part in (Part.of(scene, group) for group in wanted):
+        for part in parts_of(scene, wanted):
             mark = _mark(light, maps.size), fingerprint(draw_list, part.rows)
             if self._kept.get(part.group.key, (None,))[0] != mark:
                 room -= 1

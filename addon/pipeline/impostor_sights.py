@@ -8,20 +8,21 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import SceneError
 from ..maths.relief import CaptureFrame
-from ..maths.relief_beta import BoundsSet, betas_of_set, bounds_set
+from ..maths.relief_beta import Betas, BoundsSet, betas_of_set, bounds_set
 from ..maths.relief_error import ReliefSet, predict, relief_set
 from ..maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
 from ..maths.relief_life import SHARED, LifeSettings, Sight
 from ..maths.view import Camera
 from .clusters import frustum_planes, visible
 from .impostor_capture import ImpostorTextures, capture_bytes
+from .impostor_texels import BYTES_PER_TEXEL
 from .scene import Scene
 
 if TYPE_CHECKING:
@@ -46,17 +47,6 @@ class Part:
     triangles: int
     scene: Scene
 
-    @classmethod
-    def of(cls, scene: Scene, group: ImpostorGroup) -> Part:
-        """The group's rows and bounds; a group without instances (deleted, hidden) has no rows."""
-        rows = np.isin(scene.instances.object_id, group.object_ids)
-        bounds = scene.instance_bounds_ws()[rows]
-        counts = np.array([len(m.triangles) for m in scene.meshes], np.int64)[scene.instances.mesh_index[rows]]
-        if not len(bounds):
-            return cls(group, rows, np.empty((0, 3)), np.zeros((2, 3)), 0, scene)
-        box = np.stack([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
-        return cls(group, rows, _corners(box), box, int(counts.sum()), scene)
-
     def is_cut(self, camera: Camera) -> bool:
         """True when the camera's near plane passes through the object: of the triangles that it cuts one sees the inside."""
         away = -camera.view_from_world[2]
@@ -69,9 +59,23 @@ class Part:
         return any(depth < camera.near for depth in nearest)
 
 
+def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
+    """The groups' rows and bounds; a group without instances (deleted, hidden) has no rows."""
+    bounds = scene.instance_bounds_ws()
+    counts = np.array([len(m.triangles) for m in scene.meshes], np.int64)[scene.instances.mesh_index]
+    parts = []
+    for group in groups:
+        rows = np.isin(scene.instances.object_id, group.object_ids)
+        box = np.zeros((2, 3))
+        if rows.any():
+            box = np.stack([bounds[rows, 0].min(axis=0), bounds[rows, 1].max(axis=0)])
+        parts.append(Part(group, rows, _corners(box), box, int(counts[rows].sum()), scene))
+    return parts
+
+
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A sight, the frame that a capture from here would use, and the predictors by name."""
+    """A sight, the frame that a capture from here would use (None: not worked out, or none is possible), and the predictors by name."""
 
     sight: Sight
     frame: CaptureFrame | None
@@ -106,19 +110,20 @@ class Sights:
         """One `Seen` per part; `kept` are the textures that they have."""
         live = [i for i, textures in enumerate(kept) if textures is not None and parts[i].triangles]
         errors, betas, tilts = self._predicted([(parts[i], kept[i]) for i in live], view)
-        planes = frustum_planes(view.camera.clip_from_world)
+        places, columns = {i: place for place, i in enumerate(live)}, {name: column.tolist() for name, column in errors.items()}
+        bounds = np.array([part.bounds_ws for part in parts]).reshape(-1, 2, 3)
+        shown = visible(bounds, frustum_planes(view.camera.clip_from_world)) if len(parts) else np.zeros(0, bool)
         seen = []
         for i, part in enumerate(parts):
-            if not part.triangles or not visible(part.bounds_ws[None], planes)[0]:
+            if not part.triangles or not shown[i]:
                 seen.append(Seen(Sight(is_visible=False), None, {}))
-                continue
-            found = self._alone(part, view)
-            if i in live:
-                place = live.index(i)
-                values = {name: float(column[place]) for name, column in errors.items()}
-                sight = replace(found.sight, betas=betas[place], tilt_rad=float(tilts[place]))
-                found = _with_errors(Seen(sight, found.frame, values), kept[i], view.life)
-            seen.append(found)
+            elif part.is_cut(view.camera):
+                seen.append(Seen(Sight(is_cut=True), None, {}))
+            elif i in places and betas[places[i]].total < np.inf:
+                values = {name: column[places[i]] for name, column in columns.items()}
+                seen.append(self._with_texture(part, kept[i], betas[places[i]], float(tilts[places[i]]), values, view))
+            else:
+                seen.append(self._without_texture(part, view))
         return seen
 
     def measure_geometry(self, part: Part, draw: Callable[[np.ndarray], None]) -> None:
@@ -158,10 +163,23 @@ class Sights:
         exact = view.exact or view.life.predictor == "edge_sum_px"
         return predict(self._stacked[1], view.camera, view.size, exact), *betas_of_set(self._stacked[2], view.camera, view.size)
 
-    def _alone(self, part: Part, view: View) -> Seen:
-        """What does not depend on a texture: what a capture from here would take, and the costs."""
-        if part.is_cut(view.camera):
-            return Seen(Sight(is_cut=True), None, {})
+    def _with_texture(
+        self, part: Part, textures: ImpostorTextures, betas: Betas, tilt: float, values: dict[str, float], view: View
+    ) -> Seen:
+        """What a capture from here would take follows from the texture that is there."""
+        life, frame = view.life, textures.frame
+        texel_px = betas.texel / betas.screen
+        predicted, contours, covered = values[life.predictor], textures.edges.contour_share, values["covered_px"]
+        if life.predictor in SHARED:
+            predicted = predicted / covered + life.resampling * contours if 0.0 < covered < np.inf else np.inf
+        quad_px = frame.width * frame.height * texel_px**2
+        room = min(quad_px * view.capture.texels_per_pixel**2, float(view.capture.max_texels) ** 2) * BYTES_PER_TEXEL
+        costs = self._geometry_cost(part, view), quad_px * (view.pixel_ns or self.pixel_ns)
+        sight = Sight(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > life.finest)
+        return Seen(sight, None, values)
+
+    def _without_texture(self, part: Part, view: View) -> Seen:
+        """What a capture from here would take, and the costs."""
         try:
             frame = capture_frame(part.hull_ws, view.camera, view.size, view.capture)
             room = capture_bytes(frame)
@@ -183,15 +201,6 @@ class Sights:
         if before is None or frame is None:
             return False
         return frame.texel_m > TOO_FINE_TEXELS * before.texel_m and tilt_rad(before, camera) <= TOO_FINE_TILT_RAD
-
-
-def _with_errors(seen: Seen, textures: ImpostorTextures, life: LifeSettings) -> Seen:
-    """The sight with the chosen predictor in the unit of its limit."""
-    predicted, contours = seen.errors[life.predictor], textures.edges.contour_share
-    if life.predictor in SHARED:
-        covered = seen.errors["covered_px"]
-        predicted = predicted / covered + life.resampling * contours if 0.0 < covered < np.inf else np.inf
-    return replace(seen, sight=replace(seen.sight, predicted=predicted, is_too_fine=contours > life.finest))
 
 
 def _nanoseconds(draw: Callable[[], None]) -> float:

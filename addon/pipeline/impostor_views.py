@@ -34,6 +34,8 @@ class Views:
 
     def by_nearness(self, camera: Camera) -> list[ImpostorTextures]:
         """All, those first of which the view has turned least since their capture."""
+        if len(self.held) < 2:
+            return list(self.held.values())
         return sorted(self.held.values(), key=lambda textures: tilt_rad(textures.frame, camera))
 
     def put(self, number: int | None, textures: ImpostorTextures, keep: int) -> None:
@@ -65,7 +67,7 @@ def towards_set(part: Part, seen: Seen, views: Views | None, view: View, per_sid
 
     Nothing is predicted: a direction among the `drawn` nearest that is missing must be captured, and none else.
     """
-    if seen.frame is None:
+    if not seen.sight.capture_bytes:
         return seen, None
     directions, centre = view_directions(per_side), part.bounds_ws.mean(axis=0)
     wanted = nearest_views(directions, view.camera, centre, drawn)
