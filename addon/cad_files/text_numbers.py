@@ -24,14 +24,19 @@ def table(lines: list[bytes], columns: int) -> np.ndarray:
     """
     if not lines:
         return np.empty((0, columns))
+    even = _even_table(lines, columns)
+    return even if even is not None else np.array([_row(line, columns) for line in lines])
+
+
+def _even_table(lines: list[bytes], columns: int) -> np.ndarray | None:
+    """All lines at once; None where they differ in length or hold something else than numbers, and so must be read one by one."""
     try:
         values = numbers(b" ".join(lines), np.float64)
-        width = len(lines[0].split())
-        if len(values) == width * len(lines) and width >= columns and all(len(line.split()) == width for line in lines):
-            return values.reshape(len(lines), width)
     except ValueError:
-        pass
-    return np.array([_row(line, columns) for line in lines])
+        return None
+    width = len(lines[0].split())
+    is_even = len(values) == width * len(lines) and width >= columns and all(len(line.split()) == width for line in lines)
+    return values.reshape(len(lines), width) if is_even else None
 
 
 def _row(line: bytes, columns: int) -> list[float]:

@@ -14,9 +14,10 @@ from ..advice.goal import MOST_FRAMES, picked_frames
 from ..errors import Cancelled, UserError
 from ..properties import store
 from ..snapshot import camera_from_object
-from .background import JobOperator
+from .background import NeedsMeshes
+from .ticking import Ticking, redraw
 
-TIMER_S, WORK_S = 0.02, 0.1
+WORK_S = 0.1
 MEBI = 2**20
 GOALS = (
     ("TEXELS", "Least Error", "The least error for a number of texels, shared by all shadow maps"),
@@ -24,7 +25,7 @@ GOALS = (
 )
 
 
-class CAD_SHADOW_OT_advise(bpy.types.Operator):
+class CAD_SHADOW_OT_advise(Ticking, NeedsMeshes, bpy.types.Operator):
     """Try warps, partitions, fits and map sizes on this view, measure them, and propose the best; Esc cancels"""
 
     bl_idname = "cad_shadow.advise"
@@ -49,7 +50,7 @@ class CAD_SHADOW_OT_advise(bpy.types.Operator):
         name="Seconds", description="Decide after this time at the latest", default=60.0, min=1.0, soft_max=600.0
     )
 
-    poll = JobOperator.poll
+    every_s = 0.02
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Ask for the goal first."""
@@ -71,32 +72,15 @@ class CAD_SHADOW_OT_advise(bpy.types.Operator):
             while (done := self._work(context, float("inf"))) is None:
                 pass
             return done
-        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
-        context.window_manager.progress_begin(0, 100)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.begin(context)
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Work a little at every tick; Esc gives up."""
-        if event.type == "ESC" and event.value == "PRESS":
-            self.cancel(context)
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        done = self._work(context, WORK_S)
-        if done is None:
-            return {"RUNNING_MODAL"}
-        self._release(context)
-        return done
+    def tick(self, context: bpy.types.Context) -> set[str] | None:
+        """Search a little."""
+        return self._work(context, WORK_S)
 
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Give up, also when Blender closes the window or the file: the scene's frame is put back."""
+    def give_up(self, _context: bpy.types.Context) -> None:
+        """Stop the search: the scene's frame is put back."""
         self._search.close()
-        self._release(context)
-
-    def _release(self, context: bpy.types.Context) -> None:
-        context.window_manager.progress_end()
-        context.window_manager.event_timer_remove(self._timer)
 
     def _work(self, context: bpy.types.Context, seconds: float) -> set[str] | None:
         """Steps of the search for about so long; the operator's result when it is over, else None."""
@@ -143,8 +127,7 @@ class CAD_SHADOW_OT_advise(bpy.types.Operator):
         session.remember_advice(advice_report(advice))
         for note in advice.notes:
             self.report({"INFO"}, note)
-        for area in context.screen.areas if context.screen else ():
-            area.tag_redraw()
+        redraw(context)
         return {"FINISHED"}
 
 

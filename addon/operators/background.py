@@ -10,8 +10,7 @@ import bpy
 from .. import session, sources
 from ..errors import Cancelled, UserError
 from ..job import Job, Outcome, Pending
-
-TIMER_S = 0.05
+from .ticking import Ticking, redraw
 
 
 class NeedsMeshes:
@@ -89,7 +88,7 @@ class PendingView:
             self._error = error
 
 
-class JobOperator(NeedsMeshes):
+class JobOperator(Ticking, NeedsMeshes):
     """Mix-in: makes a job of the current view, runs it, remembers the outcome, and calls `finish(context, outcome)`.
 
     Whoever asks for something else than one picture has a `start` and a `take` of their own.
@@ -123,23 +122,13 @@ class JobOperator(NeedsMeshes):
         except UserError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self._timer = context.window_manager.event_timer_add(TIMER_S, window=context.window)
-        context.window_manager.progress_begin(0, 100)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        return self.begin(context)
 
-    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """Watch the worker; Esc gives up."""
-        if event.type == "ESC" and event.value == "PRESS":
-            self._pending.cancel()
-            self._release(context)
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+    def tick(self, context: bpy.types.Context) -> set[str] | None:
+        """Watch the worker."""
         if not self._pending.done():
             context.window_manager.progress_update(100 * self._pending.progress[0])
-            return {"RUNNING_MODAL"}
-        self._release(context)
+            return None
         try:
             return self._done(context, self._pending.result())
         except Cancelled:
@@ -148,17 +137,11 @@ class JobOperator(NeedsMeshes):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
 
-    def cancel(self, context: bpy.types.Context) -> None:
-        """Blender closes the window or the file while it runs."""
+    def give_up(self, _context: bpy.types.Context) -> None:
+        """Tell the worker."""
         self._pending.cancel()
-        self._release(context)
-
-    def _release(self, context: bpy.types.Context) -> None:
-        context.window_manager.progress_end()
-        context.window_manager.event_timer_remove(self._timer)
 
     def _done(self, context: bpy.types.Context, result: object) -> set[str]:
         self.take(context, result)
-        for area in context.screen.areas if context.screen else ():
-            area.tag_redraw()
+        redraw(context)
         return {"FINISHED"}

@@ -1,0 +1,50 @@
+"""What operators that work on a timer have in common: they start, are looked after at every tick, and end or are given up."""
+
+from __future__ import annotations
+
+import bpy
+
+
+class Ticking:
+    """Mix-in of a modal operator: `tick(context)` gives the result when all is over, None before; `give_up(context)` ends it early."""
+
+    every_s = 0.05
+
+    def begin(self, context: bpy.types.Context) -> set[str]:
+        """Go on in the background: what `execute` or `invoke` returns."""
+        self._timer = context.window_manager.event_timer_add(self.every_s, window=context.window)
+        context.window_manager.progress_begin(0, 100)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Look after it; Esc gives up."""
+        if event.type == "ESC" and event.value == "PRESS":
+            self.cancel(context)
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        try:
+            result = self.tick(context)
+        except Exception:
+            self._release(context)
+            raise
+        if result is None:
+            return {"RUNNING_MODAL"}
+        self._release(context)
+        return result
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Esc, or Blender closes the window or the file while it runs."""
+        self.give_up(context)
+        self._release(context)
+
+    def _release(self, context: bpy.types.Context) -> None:
+        context.window_manager.progress_end()
+        context.window_manager.event_timer_remove(self._timer)
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """Have every area of the screen drawn again."""
+    for area in context.screen.areas if context.screen else ():
+        area.tag_redraw()

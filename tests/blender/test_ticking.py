@@ -1,0 +1,70 @@
+"""Operators on a timer: they end, fail and are given up without leaving their timer behind."""
+
+from types import SimpleNamespace
+
+import pytest
+
+TICK, ESC, MOUSE = (SimpleNamespace(type=t, value="PRESS") for t in ("TIMER", "ESC", "MOUSEMOVE"))
+
+
+@pytest.fixture
+def window():
+    """A context whose window manager notes what it is asked."""
+    log = []
+    manager = SimpleNamespace(
+        event_timer_add=lambda _every, window: log.append("timer") or "timer",
+        event_timer_remove=lambda timer: log.remove(timer),
+        progress_begin=lambda *_: log.append("progress"),
+        progress_end=lambda: log.remove("progress"),
+        modal_handler_add=lambda _operator: None,
+    )
+    return SimpleNamespace(window_manager=manager, window=object(), screen=None), log
+
+
+@pytest.fixture
+def operator(extension):
+    """Made from the results of its ticks; an exception among them is raised."""
+    import importlib
+
+    ticking = importlib.import_module(f"{extension.__name__}.operators.ticking")
+
+    class Operator(ticking.Ticking):
+        def __init__(self, *results):
+            self.results, self.given_up = list(results), False
+
+        def tick(self, _context):
+            result = self.results.pop(0)
+            if isinstance(result, Exception):
+                raise result
+            return result
+
+        def give_up(self, _context):
+            self.given_up = True
+
+    return Operator
+
+
+def test_it_runs_until_a_tick_gives_a_result(window, operator):
+    context, log = window
+    working = operator(None, None, {"FINISHED"})
+    assert working.begin(context) == {"RUNNING_MODAL"} and sorted(log) == ["progress", "timer"]
+    assert working.modal(context, MOUSE) == {"PASS_THROUGH"}
+    assert [working.modal(context, TICK) for _ in range(3)] == [{"RUNNING_MODAL"}, {"RUNNING_MODAL"}, {"FINISHED"}]
+    assert log == [] and not working.given_up
+
+
+def test_escape_gives_up(window, operator):
+    context, log = window
+    working = operator(None)
+    working.begin(context)
+    assert working.modal(context, ESC) == {"CANCELLED"}
+    assert log == [] and working.given_up
+
+
+def test_a_defect_leaves_no_timer(window, operator):
+    context, log = window
+    working = operator(RuntimeError("defect"))
+    working.begin(context)
+    with pytest.raises(RuntimeError, match="defect"):
+        working.modal(context, TICK)
+    assert log == []
