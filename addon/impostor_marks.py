@@ -127,6 +127,7 @@ def register() -> None:
             description=f"Draw {what} from a texture with depth instead of its triangles in CAD shadow previews",
             default=False,
             options=set(),
+            override={"LIBRARY_OVERRIDABLE"},
             update=_changed,
         )
         setattr(holder, IMPOSTOR_PROPERTY, mark)

@@ -432,6 +432,10 @@ def test_the_report_lists_the_largest_error_first(ball, blend, cube_scene, room)
     assert len(ranked) == 2 and ranked == sorted(ranked, reverse=True)
 
 
+def test_overrides_of_linked_objects_can_be_marked(blend):
+    assert all(kind.bl_rna.properties["cad_shadow_impostor"].is_overridable for kind in (blend.types.Object, blend.types.Collection))
+
+
 def test_marks_and_settings_are_saved_and_the_textures_on_request(ball, blend, cube_scene, tmp_path):
     small(cube_scene)
     name = ball.name
