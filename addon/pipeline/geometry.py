@@ -15,7 +15,6 @@ import numpy as np
 
 from .clusters import cluster_bounds, clustered, longest_edges, morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
-from .gl_raw import BufferTexture
 from .octahedral import packed_octahedral
 from .ranges import Ranges
 from .scene import Mesh, Scene
@@ -179,10 +178,6 @@ class GeometryStore:
         self._context.copy_buffer(new, old, old.size)
         old.release()
         return new
-
-    def buffer_textures(self) -> tuple[BufferTexture, BufferTexture]:
-        """(positions as r32f, indices as r32ui): the triangles as the shader reads them for exact tests; the caller releases them."""
-        return BufferTexture(self._context, self.positions, "r32f"), BufferTexture(self._context, self.indices, "r32ui")
 
     def linked(self) -> moderngl.Buffer:
         """The pool of links across edges, brought up to the scene of the last `sync`."""

@@ -14,14 +14,3 @@ def packed_octahedral(normals: np.ndarray) -> np.ndarray:
     flat = np.where(n[:, 2:] >= 0.0, n[:, :2], (1.0 - np.abs(n[:, 1::-1])) * sign)
     fixed = np.rint(np.clip(flat, -1.0, 1.0) * 32767.0).astype(np.int32).astype(np.uint32) & np.uint32(0xFFFF)
     return fixed[:, 0] | (fixed[:, 1] << np.uint32(16))
-
-
-def unpacked_octahedral(packed: np.ndarray) -> np.ndarray:
-    """(V, 3) float32 unit vectors: the inverse of `packed_octahedral`."""
-    flat = np.stack([packed & np.uint32(0xFFFF), packed >> np.uint32(16)], axis=1).astype(np.uint16).view(np.int16).astype(
-        np.float32
-    ) / np.float32(32767.0)
-    n = np.column_stack([flat, 1.0 - np.abs(flat).sum(axis=1)])
-    fold = np.maximum(-n[:, 2:], 0.0)
-    n[:, :2] += np.where(n[:, :2] >= 0.0, -fold, fold)
-    return (n / np.linalg.norm(n, axis=1, keepdims=True)).astype(np.float32)

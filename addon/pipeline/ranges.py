@@ -12,11 +12,6 @@ class Ranges:
         self.capacity = capacity
         self._free: list[tuple[int, int]] = [(0, capacity)]
 
-    @property
-    def free_count(self) -> int:
-        """Units not allocated."""
-        return sum(count for _, count in self._free)
-
     def allocate(self, count: int) -> int | None:
         """The start of a free range of that many units, or None when none is long enough (then `grow`)."""
         for i, (start, length) in enumerate(self._free):
