@@ -17,7 +17,7 @@ ID_FAR_TEXELS = 1.0
 REACH = 1
 MOST_STEPS = 64
 STEEPEST_TANGENT = 16.0
-USUAL_BIAS = {"slope-scaled": 1.0, "normal-offset": 1.0, "receiver-plane": 1.0}
+USUAL_BIAS = {"slope-scaled": 1.0, "normal-offset": 1.0, "receiver-plane": 2.0}
 USUAL_CONSTANT_SHARE = 4e-3
 IDS_NONE, IDS_OBJECT, IDS_TRIANGLE = 0, 1, 2
 
