@@ -61,7 +61,7 @@ class Chroot:
     def run(self, *command: str) -> None:
         """A process in the chroot that must succeed; its output is shown when it does not."""
         process = self.start(list(command), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        output, _ = process.communicate(timeout=120)
+        output, _ = process.communicate(timeout=600)
         if process.returncode:
             raise SystemExit(f"gui-test: {' '.join(command[:4])} failed\n{output}")
 
