@@ -26,7 +26,8 @@ PARTITION_WORDS = (
     ("Faces × depth", "One map per side of the view frustum and slice of depth"),
 )
 CUT_WORDS = (
-    ("Along the light", "Slices end along the light's rays, so that no two maps cover the same ground: the sharper way. For a sun"),
+    ("Halves along the light", "Half as many slices, in two halves each, cut along the light's rays: the sharpest. A sun; 4, 6 or 8 maps"),
+    ("Along the light", "Slices end along the light's rays, so that no two maps cover the same ground. For a sun"),
     ("Across the view", "Slices end at view depths, as in the texts (T4 §4.3.2): maps overlap unless the light falls across the view"),
 )
 FIT_WORDS = (

@@ -11,7 +11,7 @@ TEXELS = 2048**2
 ELEVATIONS = tuple(2.0 + 88.0 * i / 19.0 for i in range(20))
 
 
-def settings(warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, cut: str = "light",
+def settings(warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, cut: str = "halves",
              **test: object) -> Settings:
     """One method at a number of texels in all its maps together. `faces` has up to four maps, `faces-z` four times as many as slices."""
     maps = {"none": 1, "faces": 4, "faces-z": 4 * count}.get(partition, count)
@@ -30,8 +30,9 @@ METHODS = {
     **{f"{warp}, one map, {fit}": settings(warp, fit=fit) for fit in ("scene", "samples") for warp in WARPS},
     **{f"{warp}, {kind} {count}, {fit}": settings(warp, kind, count, fit)
        for fit in ("scene", "samples") for warp, divided in PARTITIONED.items() for kind, count in divided},
-    **{f"{warp}, z-adaptive 4 across the view, {fit}": settings(warp, "z-adaptive", 4, fit, cut="view")
-       for fit in ("scene", "samples") for warp in PARTITIONED},
+    **{f"{warp}, z-adaptive 4 {name}, {fit}": settings(warp, "z-adaptive", 4, fit, cut=cut)
+       for fit in ("scene", "samples") for warp in PARTITIONED
+       for cut, name in (("light", "slices along the light"), ("view", "across the view"))},
     "frustum fit: uniform, one map": settings("uniform", fit="frustum"),
     "frustum fit: lispsm-general, one map": settings("lispsm-general", fit="frustum"),
 }

@@ -9,7 +9,7 @@ from ..errors import SettingsError
 
 WARPS = ("uniform", "psm", "lispsm", "lispsm-general", "lloyd", "tsm", "log", "logpsm")
 PARTITIONS = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive", "faces", "faces-z")
-CUTS = ("light", "view")
+CUTS = ("halves", "light", "view")
 FITS = ("frustum", "scene", "samples")
 CONVERGENCES = ("quadratic", "sine")
 LOG_WARPS = ("log", "logpsm")
@@ -67,7 +67,7 @@ class PartitionChoice:
     `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4;
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
     `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the
-    maps do not overlap as the light sees them (`slices.py`).
+    maps do not overlap as the light sees them (`slices.py`); 'halves' the same with half as many slices, each in two halves side by side.
     """
 
     kind: str = "z-adaptive"
@@ -75,7 +75,7 @@ class PartitionChoice:
     split_weight: float = 0.5
     alpha: tuple[float, ...] = (3.0,)
     pseudo_near: float | None = None
-    cut: str = "light"
+    cut: str = "halves"
 
     def __post_init__(self) -> None:
         require_choice("Partition", self.kind, PARTITIONS)

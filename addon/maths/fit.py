@@ -9,7 +9,7 @@ receivers, depth from casters.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import expm1, inf, log1p, pi, sqrt
 
 import numpy as np
@@ -21,7 +21,7 @@ from .frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
-from .slices import Slices, across_view, along_light
+from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count, smooth
 from .spaces import translation
 from .strength import Range, steady_strength
 from .view import Camera, Light
@@ -78,9 +78,11 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
     spaces = list(_spaces(camera, light, partition, fit, scene_bounds_ws))
     choice = partition if light.kind != "point" else PartitionChoice(kind="none")
     first = spaces[0][1]
+    along = choice.cut != "view" and light.kind == "sun" and not _has_faces(camera, light, partition) and choice.z_count > 1
+    halved = along and slice_count(choice) < choice.z_count
+    choice = replace(choice, count=slice_count(choice)) if halved else choice
     splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
-    along = choice.cut == "light" and light.kind == "sun" and not _has_faces(camera, light, partition) and len(splits) > 2
-    projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along))
+    projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
     return ShadowPlan(projections, first.gamma_rad, gamma_lim, _light_from_world(first, camera), _warnings(camera, light, warp, partition))
@@ -142,18 +144,46 @@ def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: Partiti
     return tuple(out)
 
 
-def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool) -> Iterator[ShadowProjection]:
-    """One projection per partition, parted at the splits or, `along` the light's rays, by what the splits are worth there."""
+def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool,
+          halved: bool) -> Iterator[ShadowProjection]:
+    """One projection per slab between the splits or, `along` the light's rays, one per slice worth as much, or two if it is `halved`."""
     rows, depths = _light_rows(sight, space)
     casters = _casters(sight.boxes, space)
     slices = _slices(sight, space, splits, rows, depths) if along else across_view(splits, sight.camera.direction_ws)
     heights = None if rows is None else slices.heights(depths, rows[2])
     for i in range(slices.count):
         near, far = slices.depths(i)
-        receivers, fitted = _contents(sight, space, rows, depths, heights, slices, i)
-        projection = _one_map(sight, space, receivers, casters, fitted, slices.region(i))
-        yield ShadowProjection(**projection, near=near, far=far, face=face, is_cut_along_light=slices.along,
-                               region_planes_ws=_region(space, sight.camera, slices.region(i)))
+        cuts = slices.region(i)
+        contents = _contents(sight, space, rows, depths, heights, slices, i, cuts[:0])
+        whole = _one_map(sight, space, contents[0], casters, contents[1], cuts)
+        parts = [cuts[:0]] if not halved else _halves(whole["clip_from_world"], contents[0], space, sight)
+        for half in parts:
+            own = np.concatenate([cuts, half])
+            if len(half):
+                receivers, fitted = _contents(sight, space, rows, depths, heights, slices, i, half)
+                whole = _one_map(sight, space, receivers, casters, fitted, own)
+            yield ShadowProjection(**whole, near=near, far=far, face=face, is_cut_along_light=slices.along,
+                                   region_planes_ws=_region(space, sight.camera, own))
+
+
+def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: LightSpace, sight: Sight) -> list[np.ndarray]:
+    """The two sides, (1, 4) each, of a map's middle line s = 0, relative to the eye; the first is that of the camera's left.
+
+    Towards γ = 0, where that line turns round with the light, it turns to stand upright in the picture, through the receivers' middle.
+    """
+    plane = clip_from_world[0] @ translation(sight.camera.eye_ws)
+    plane = plane / np.linalg.norm(plane[:3])
+    right = sight.camera.view_from_world[0, :3] + 1e-6 * sight.camera.view_from_world[1, :3]
+    plane = plane if plane[:3] @ right >= 0.0 else -plane
+    upright = right - space.travel_ws * (space.travel_ws @ right)
+    length = float(np.linalg.norm(upright))
+    share = 1.0 - smooth(space.gamma_rad, 0.0, UPRIGHT_BELOW)
+    if share > 0.0 and length > 1e-6 and receivers is not None:
+        across = (space.from_eye[:3, :3] @ upright / length) @ receivers.rows
+        middle = 0.5 * (float(across.min()) + float(across.max()))
+        plane = (1.0 - share) * plane + share * np.append(upright / length, -middle)
+        plane = plane / np.linalg.norm(plane[:3])
+    return [-plane[None], plane[None]]
 
 
 def _slices(sight: Sight, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray | None) -> Slices:
@@ -204,16 +234,20 @@ def _casters(boxes: np.ndarray, space: LightSpace) -> Casters:
 
 
 def _contents(sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, heights: np.ndarray | None,
-              slices: Slices, i: int) -> tuple[Receivers | None, tuple[float, float]]:
+              slices: Slices, i: int, half: np.ndarray) -> tuple[Receivers | None, tuple[float, float]]:
     """Partition i's receivers in light space (None where there are none), and their own view-depth range."""
     empty = float(slices.splits[0 if slices.along else i]), float(slices.splits[-1 if slices.along else i + 1])
     if rows is None:
-        inside = _cut(sight.body.clipped(slices.planes(i)), space).vertices
+        inside = _cut(sight.body.clipped(slices.planes(i)).clipped(half), space).vertices
         if not len(inside):
             return None, sight.padded_range(*empty)
         own = inside @ sight.camera.direction_ws
         return Receivers(space.points(inside).T), sight.padded_range(float(own.min()), float(own.max()))
-    chosen = np.flatnonzero(slices.holds(i, heights))
+    held = slices.holds(i, heights)
+    for plane in half:  # of a sun's space
+        side = (space.from_eye[:3, :3] @ plane[:3]).astype(np.float32) @ rows + np.float32(plane[3])
+        held &= side >= -SLACK * np.abs(rows).max(axis=0)
+    chosen = np.flatnonzero(held)
     if not len(chosen):
         return None, sight.padded_range(*empty)
     own, kept = depths[chosen], rows.take(chosen, axis=1)
