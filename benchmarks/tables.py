@@ -87,7 +87,7 @@ def methods(rows: list[Row]) -> str:
 
 
 def texels(rows: list[TexelRow]) -> str:
-    """The mean side of a texel by method and class of view, and against one map of as many texels."""
+    """The mean extent of a texel by method and class of view, and against one map of as many texels."""
     sides: dict[str, dict[tuple, float]] = {}
     for row in rows:
         sides.setdefault(row.method, {})[row.model, row.view, row.light] = row.side_mean
@@ -105,9 +105,9 @@ def texels(rows: list[TexelRow]) -> str:
         by_view = {p[:2]: [mine[q] / one[q] for q in mine if q[:2] == p[:2]] for p in mine} if against else {}
         lines.append((*cells, fmean(against) if against else None, max(map(fmean, by_view.values())) if against else None,
                       max(against) if against else None))
-    head = ("method", "at: side px", "of uniform", "along: side px", "of uniform", "against one map", "worst view", "worst pair")
-    return ("## Texels in the picture, 4 Mi texels\n\nMean side of a texel, pixels (√m over the visible points that face the light), no "
-            "truth needed: all models, three views × five lights. *Of uniform*: against one uniform map with the `scene` fit. *Against one "
+    head = ("method", "at: px", "of uniform", "along: px", "of uniform", "against one map", "worst view", "worst pair")
+    return ("## Texels in the picture, 4 Mi texels\n\nMean extent of a texel, pixels (half the sum of its two, over the visible points that face "
+            "the light), no truth needed: all models, three views × five lights. *Of uniform*: against one uniform map with the `scene` fit. *Against one "
             "map*: partitions against one map of the same warp, fit and number of texels; mean, the worst view (mean of its lights), the "
             "worst pair.\n\n" + table(head, lines))
 
@@ -133,16 +133,17 @@ def bias(rows: list[Row]) -> str:
         best.setdefault(name.split()[0], name)
     models = list(dict.fromkeys(row.model for row in rows))
     every = [r for chosen in automatic.values() for r in chosen]
-    return ("## Bias\n\nOne view per model (320×180), up to 20 light elevations from 2° to 90° (how many of each model: last table), `samples` "
-            "fit, one map. Every picture counts the same. Wanted of automatic, which needs no number: acne ≤ 0.02 %, leak ≤ 0.1 %. Leaks count what is lit though all around it is dark, detached shadows "
-            "included.\n\n" + table(("warp", "map", *head), [*((*key, *columns(chosen)) for key, chosen in automatic.items()),
-                                                         ("**all**", "", *columns(every))])
+    per_model = [(m, len({r.light for r in where(rows, model=m)}),
+                  *(mean(where(values[n], model=m), "misclassified_pct") for n in best.values())) for m in models]
+    return ("## Bias\n\nOne view per model (320×180), up to 20 light elevations from 2° to 90° (how many of each model: last table), "
+            "`samples` fit, one map. Every picture counts the same. Wanted of automatic, which needs no number: acne ≤ 0.02 %, leak ≤ "
+            "0.1 %. Leaks count what is lit though all around it is dark, detached shadows included.\n\n"
+            + table(("warp", "map", *head), [*((*key, *columns(chosen)) for key, chosen in automatic.items()),
+                                             ("**all**", "", *columns(every))])
             + f"\n\nEvery strategy at the single value with the fewest misclassified pixels over all of that "
             f"({', '.join(sorted({s for _, s in compared}))}, all warps):\n\n"
             + table(("strategy and value", *head), [(name, *columns(values[name])) for name in best.values()])
-            + "\n\nThe same by model, wrong %:\n\n"
-            + table(("model", "lights", *best.values()),
-                    [(m, len({r.light for r in where(rows, model=m)}), *(mean(where(values[n], model=m), "misclassified_pct") for n in best.values())) for m in models]))
+            + "\n\nThe same by model, wrong %:\n\n" + table(("model", "lights", *best.values()), per_model))
 
 
 def exact(rows: list[Row]) -> str:
@@ -159,9 +160,9 @@ def exact(rows: list[Row]) -> str:
              for size in ("1024²", "2048²") if name == f"depth, {size}"]
     worse = sum(exact_pct > depth_pct for exact_pct, depth_pct in pairs)
     lights = [len({r.light for r in where(rows, model=m)}) for m in models]
-    return (f"## The triangle-exact test\n\nOne view per model, {min(lights)} to {max(lights)} lights each, generalised LiSPSM, `samples` fit, one map, automatic "
-            f"bias; misclassified %. Exact over depth: {', '.join(ratios)} (wanted ≤ 0.35); exact at 2048² over depth at 8192²: "
-            f"**{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). Pictures in which exact is worse than depth with the "
+    return (f"## The triangle-exact test\n\nOne view per model, {min(lights)} to {max(lights)} lights each, generalised LiSPSM, `samples` "
+            f"fit, one map, automatic bias; misclassified %. Exact over depth: {', '.join(ratios)} (wanted ≤ 0.35); "
+            f"exact at 2048² over depth at 8192²: **{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). Pictures in which exact is worse than depth with the "
             f"same map: {worse} of {len(pairs)}.\n\n"
             + table(("model", *names), [*lines, ("**mean**", *means.values())]) + "\n\n"
             + table(("test", "shade ms (median)", "acne %", "worst"), costs))

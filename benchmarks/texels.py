@@ -1,8 +1,8 @@
 """How large the texels of every method are in the picture: all models, views and lights in two minutes, without truth.
 
 A view is drawn once for its visible points and normals; every method is then fitted to them in numpy, and the error m of each point is
-exact (`addon/maths/measure.py`). Edges of shadows are as wrong as texels are wide, so what is compared is the mean side of a texel, √m in
-pixels.
+exact (`addon/maths/measure.py`). The edge of a shadow is as wrong as texels are long across it, so what is compared is the mean of a
+texel's two extents in the picture, in pixels: m alone, their product, would not tell long thin texels from square ones.
 """
 
 from __future__ import annotations
@@ -16,9 +16,10 @@ import numpy as np
 
 from addon.maths.errors import error_statistics
 from addon.maths.fit import plan_shadows
-from addon.maths.lookup import towards_light
-from addon.maths.measure import aliasing
-from addon.maths.view import Light
+from addon.maths.lookup import partition_index, towards_light
+from addon.maths.measure import aliasing, pixel_gradients, texel_gradients
+from addon.maths.projection import ShadowPlan
+from addon.maths.view import Camera, Light
 from addon.pipeline.gbuffer_pass import surface_points_ws
 from addon.pipeline.renderer import shared_renderer
 from addon.pipeline.scene import Scene
@@ -33,7 +34,7 @@ LARGEST_SIDE = 20  # pixels: a surface along the ray has no bound
 
 @dataclass(frozen=True)
 class TexelRow:
-    """One view, light and method: the mean side of a texel in pixels and m over the points that face the light."""
+    """One view, light and method: the mean extent of a texel in pixels and m over the points that face the light."""
 
     model: str
     view: str
@@ -66,8 +67,25 @@ class Seen:
         plan = plan_shadows(camera, light, s.warp, s.partition, s.fit, receivers_ws=self.points, scene_bounds_ws=self.bounds,
                             caster_bounds_ws=self.casters, image_size=views.SIZE)
         m = aliasing(camera, light, plan, points[facing], normals[facing], views.SIZE, s.fit.size)[:, 0]
-        sides = np.minimum(np.sqrt(m), LARGEST_SIDE)
+        sides = np.minimum(extents(camera, plan, points[facing], normals[facing], s.fit.size), LARGEST_SIDE)
         return TexelRow(model, self.view.name, light.name, name, self.ratio, float(np.nanmean(sides)), error_statistics(m)["m_p95"])
+
+
+def extents(camera: Camera, plan: ShadowPlan, points: np.ndarray, normals: np.ndarray, size: int) -> np.ndarray:
+    """(P,) half the sum of a texel's two extents in the picture, as it lies on the surface; NaN where no map serves the point."""
+    index, out = partition_index(plan, camera, points), np.full(len(points), np.nan)
+    for i, projection in enumerate(plan.projections):
+        own = np.flatnonzero(index == i)
+        grad_s, grad_t = texel_gradients(projection, points[own], size)
+        pixels = pixel_gradients(camera, points[own], views.SIZE)
+        total = np.zeros(len(own))
+        for across, along in ((grad_t, grad_s), (grad_s, grad_t)):  # a step along one axis of the map keeps the other coordinate
+            step = np.cross(across, normals[own])
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                step /= (along * step).sum(axis=-1, keepdims=True)
+                total += np.hypot(*((gradient * step).sum(axis=-1) for gradient in pixels))
+        out[own] = 0.5 * np.where(np.isfinite(total), total, 2.0 * LARGEST_SIDE)
+    return out
 
 
 def seen(scene: Scene, view: View) -> Seen:
