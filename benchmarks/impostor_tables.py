@@ -16,6 +16,8 @@ HOLE_PX = 200.0
 INTRO = """# Relief impostors, measured
 
 Made by `python -m benchmarks.impostors` (see its help); do not edit. Models: the dev set, each as one impostor. Software rasteriser.
+What was found is in [findings.md](findings.md), *Impostors*. The tables *Predictors*, *Life* and *Speed* are older than the four samples a
+texel (their pictures had the quality of "one sample a texel" in the findings).
 """
 
 
