@@ -162,8 +162,8 @@ def exact(rows: list[Row]) -> str:
     lights = [len({r.light for r in where(rows, model=m)}) for m in models]
     return (f"## The triangle-exact test\n\nOne view per model, {min(lights)} to {max(lights)} lights each, generalised LiSPSM, `samples` "
             f"fit, one map, automatic bias; misclassified %. Exact over depth: {', '.join(ratios)} (wanted ≤ 0.35); "
-            f"exact at 2048² over depth at 8192²: **{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). Pictures in which exact is worse than depth with the "
-            f"same map: {worse} of {len(pairs)}.\n\n"
+            f"exact at 2048² over depth at 8192²: **{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). "
+            f"Pictures in which exact is worse than depth with the same map: {worse} of {len(pairs)}.\n\n"
             + table(("model", *names), [*lines, ("**mean**", *means.values())]) + "\n\n"
             + table(("test", "shade ms (median)", "acne %", "worst"), costs))
 
