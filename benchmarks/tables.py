@@ -80,8 +80,8 @@ def methods(rows: list[Row]) -> str:
         mine = where(rows, method=name)
         lines.append((*cells, mean(mine, "acne_pct"), mean(mine, "leak_pct"), middle(mine, "shadow_ms"), middle(mine, "shade_ms")))
     return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified %, 95th percentile of m (mean over pairs), largest m; "
-            "acne and leak over all; not every method has been measured on every model (– in the second table; `--resume` goes on): the "
-            "means by class compare only methods with the same models; milliseconds of the shadow and shading passes on the CPU rasteriser (median).\n\n"
+            "acne and leak over all; not every method has been measured on every model (– in "
+            "the second table; `--resume` goes on): the means by class compare only methods with the same models; milliseconds of the shadow and shading passes on the CPU rasteriser (median).\n\n"
             + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "acne %", "leak %", "shadow ms",
                      "shade ms"), lines)
             + "\n\nMisclassified % by model (mean of 15 pairs):\n\n" + table(("method", *(Path(m).stem for m in models)), wide))
