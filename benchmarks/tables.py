@@ -81,7 +81,8 @@ def methods(rows: list[Row]) -> str:
         lines.append((*cells, mean(mine, "acne_pct"), mean(mine, "leak_pct"), middle(mine, "shadow_ms"), middle(mine, "shade_ms")))
     return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified %, 95th percentile of m (mean over pairs), largest m; "
             "acne and leak over all; not every method has been measured on every model (– in "
-            "the second table; `--resume` goes on): the means by class compare only methods with the same models; milliseconds of the shadow and shading passes on the CPU rasteriser (median).\n\n"
+            "the second table; `--resume` goes on): the means by class compare only methods with the same models; "
+            "milliseconds of the shadow and shading passes on the CPU rasteriser (median).\n\n"
             + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "acne %", "leak %", "shadow ms",
                      "shade ms"), lines)
             + "\n\nMisclassified % by model (mean of 15 pairs):\n\n" + table(("method", *(Path(m).stem for m in models)), wide))
@@ -107,8 +108,9 @@ def texels(rows: list[TexelRow]) -> str:
         lines.append((*cells, fmean(against) if against else None, max(map(fmean, by_view.values())) if against else None,
                       max(against) if against else None))
     head = ("method", "at: px", "of uniform", "along: px", "of uniform", "against one map", "worst view", "worst pair")
-    return ("## Texels in the picture, 4 Mi texels\n\nMean extent of a texel, pixels (half the sum of its two, over the visible points that face "
-            f"the light), no truth needed: {len({row.model for row in rows})} models, three views × five lights. *Of uniform*: against one uniform map with the `scene` fit. *Against one "
+    return ("## Texels in the picture, 4 Mi texels\n\nMean extent of a texel, pixels (half the sum of its two, over the visible points "
+            f"that face the light), no truth needed: {len({row.model for row in rows})} models, three views × five lights. *Of uniform*: "
+            "against one uniform map with the `scene` fit. *Against one "
             "map*: partitions against one map of the same warp, fit and number of texels; mean, the worst view (mean of its lights), the "
             "worst pair.\n\n" + table(head, lines))
 
