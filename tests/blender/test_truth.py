@@ -10,7 +10,7 @@ from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
 from addon.truth import TruthTracer, compare
 from addon.truth.footprint import smallest_singular_value, texel_extent_px
-from addon.truth.tracer import pixel_centres, pixel_rays
+from addon.truth.tracer import LEAST_FACING, pixel_centres, pixel_rays
 from tests import scenes
 
 pytest.importorskip("bpy", reason="the ray tracer shipped is Blender's")
@@ -64,7 +64,7 @@ def test_truth_is_what_a_brute_force_finds(name, elevation, backend):
     normal = np.where(np.einsum("ij,ij->i", normal, directions[seen])[:, None] > 0, -normal, normal)
     facing = normal @ light.direction_ws
     blocked, _ = first_hits(corners, point + 1e-6 * normal, np.broadcast_to(light.direction_ws, point.shape))
-    lit = (facing > 0) & ~np.isfinite(blocked)
+    lit = (facing > LEAST_FACING) & ~np.isfinite(blocked)
     assert 0 < lit.sum() < lit.size
     assert np.count_nonzero(lit != truth.lit.ravel()[seen]) <= 2
     assert np.count_nonzero((facing > 0) != truth.lit_facing.ravel()[seen]) <= 2
