@@ -67,7 +67,7 @@ def test_truth_is_what_a_brute_force_finds(name, elevation, backend):
     lit = (facing > LEAST_FACING) & ~np.isfinite(blocked)
     assert 0 < lit.sum() < lit.size
     assert np.count_nonzero(lit != truth.lit.ravel()[seen]) <= 2
-    assert np.count_nonzero((facing > 0) != truth.lit_facing.ravel()[seen]) <= 2
+    assert np.count_nonzero((facing > LEAST_FACING) != truth.lit_facing.ravel()[seen]) <= 2
     depth = (point - camera.eye_ws) @ camera.direction_ws
     assert np.count_nonzero(np.abs(depth - truth.depth.ravel()[seen]) > 1e-6) <= 2
 
