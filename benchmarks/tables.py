@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from math import inf
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, geometric_mean
 
 from benchmarks.measure import Row, mean, middle, read, where
 from benchmarks.texels import TexelRow
@@ -21,7 +21,7 @@ pixel centres (`addon/truth`), hard sun, 640×360, three views × five lights of
   footprint, whichever is larger. A texel of edge error is neither.
 - **edge**: distance of a true shadow edge to the nearest edge of the preview, pixels (95th percentile).
 - **m**: pixels of the picture covered by one texel of the map (the report's `measured`).
-- Means are over view/light pairs, each pair counting the same. *At*: view at an object, f/n of what is visible < 15; *along*: ≥ 20.
+- Means are over view/light pairs, each pair counting the same, unless a table says otherwise. *At*: view at an object, f/n of what is visible < 15; *along*: ≥ 20.
 """
 
 
@@ -63,12 +63,30 @@ def first_light_fit(rows: list[Row]) -> str:
             + table(("model", "view", "scene", "samples", "gain"), lines))
 
 
+def pooled_pct(rows: list[Row]) -> float:
+    """Misclassified pixels of all pairs in per cent of all pixels that face the light: a pair with a hundred such pixels counts as little."""
+    return sum((row.misclassified_pct or 0.0) * row.pixels for row in rows) / sum(row.pixels for row in rows)
+
+
+def over_models(rows: list[Row]) -> float:
+    """Mean of the models' pooled misclassified %, each model counting the same."""
+    return fmean(pooled_pct(where(rows, model=model)) for model in {row.model for row in rows})
+
+
+def against_one_map(by_model: dict[tuple[str, str], float], name: str, models: list[str]) -> tuple[float, float] | tuple[None, None]:
+    """(geometric mean over models, worst model) of a method's misclassified % over that of one map of the same warp, fit and texels."""
+    warp, *_, fit = name.split(", ")
+    one = f"{warp}, one map, {fit}"
+    ratios = [by_model[m, name] / by_model[m, one] for m in models if (m, name) in by_model and by_model.get((m, one))]
+    return (geometric_mean(ratios), max(ratios)) if ratios and name != one else (None, None)
+
+
 def methods(rows: list[Row]) -> str:
     """Methods × models at equal texels, and the same by class of view."""
     models = list(dict.fromkeys(row.model for row in rows))
     names = list(dict.fromkeys(row.method for row in rows))
-    wide = [(name, *(mean(mine, "misclassified_pct") if (mine := where(rows, method=name, model=m)) else None for m in models))
-            for name in names]
+    by_model = {(m, name): pooled_pct(mine) for name in names for m in models if (mine := where(rows, method=name, model=m))}
+    wide = [(name, *(by_model.get((m, name)) for m in models)) for name in names]
     classes = {"at": [r for r in rows if r.depth_ratio < 15.0], "along": [r for r in rows if r.depth_ratio >= 20.0]}
     lines = []
     for name in names:
@@ -76,16 +94,19 @@ def methods(rows: list[Row]) -> str:
         for members in classes.values():
             mine = where(members, method=name)
             largest = max((r.m_max for r in mine if r.m_max is not None), default=None)
-            cells += [mean(mine, "misclassified_pct"), mean(mine, "m_p95"), largest] if mine else [None] * 3
+            cells += [over_models(mine), mean(mine, "m_p95"), largest] if mine else [None] * 3
         mine = where(rows, method=name)
-        lines.append((*cells, mean(mine, "acne_pct"), mean(mine, "leak_pct"), middle(mine, "shadow_ms"), middle(mine, "shade_ms")))
-    return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified %, 95th percentile of m (mean over pairs), largest m; "
-            "acne and leak over all; not every method has been measured on every model (– in "
-            "the second table; `--resume` goes on): the means by class compare only methods with the same models; "
-            "milliseconds of the shadow and shading passes on the CPU rasteriser (median).\n\n"
-            + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "acne %", "leak %", "shadow ms",
-                     "shade ms"), lines)
-            + "\n\nMisclassified % by model (mean of 15 pairs):\n\n" + table(("method", *(Path(m).stem for m in models)), wide))
+        lines.append((*cells, *against_one_map(by_model, name, models), mean(mine, "acne_pct"), mean(mine, "leak_pct"),
+                      middle(mine, "shadow_ms"), middle(mine, "shade_ms"), len({r.model for r in mine})))
+    return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified % (of all its pairs' pixels, mean over models), 95th "
+            "percentile of m (mean over pairs), largest m. *Of one map*: over the misclassified % of one map of the same warp, fit and number "
+            "of texels, geometric mean over the models, and the worst model. Acne and leak over all pairs; milliseconds of the shadow and "
+            "shading passes (median), taken on a loaded machine: `./dev bench` measures speed. The means by class compare only methods with as "
+            "many models; `--resume` goes on with the others.\n\n"
+            + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "of one map", "worst", "acne %", "leak %",
+                     "shadow ms", "shade ms", "models"), lines)
+            + "\n\nMisclassified % by model (of the pixels of its 15 pairs together):\n\n"
+            + table(("method", *(Path(m).stem for m in models)), wide))
 
 
 def texels(rows: list[TexelRow]) -> str:
