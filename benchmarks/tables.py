@@ -21,7 +21,8 @@ pixel centres (`addon/truth`), hard sun, 640×360, three views × five lights of
   footprint, whichever is larger. A texel of edge error is neither.
 - **edge**: distance of a true shadow edge to the nearest edge of the preview, pixels (95th percentile).
 - **m**: pixels of the picture covered by one texel of the map (the report's `measured`).
-- Means are over view/light pairs, each pair counting the same, unless a table says otherwise. *At*: view at an object, f/n of what is visible < 15; *along*: ≥ 20.
+- Means are over view/light pairs, each pair counting the same, unless a table says otherwise. *At*: view at an object, f/n of what is
+  visible < 15; *along*: ≥ 20.
 """
 
 
@@ -64,7 +65,7 @@ def first_light_fit(rows: list[Row]) -> str:
 
 
 def pooled_pct(rows: list[Row]) -> float:
-    """Misclassified pixels of all pairs in per cent of all pixels that face the light: a pair with a hundred such pixels counts as little."""
+    """Misclassified pixels of all pairs in per cent of all their pixels that face the light: a pair with few such pixels counts little."""
     return sum((row.misclassified_pct or 0.0) * row.pixels for row in rows) / sum(row.pixels for row in rows)
 
 
@@ -99,10 +100,10 @@ def methods(rows: list[Row]) -> str:
         lines.append((*cells, *against_one_map(by_model, name, models), mean(mine, "acne_pct"), mean(mine, "leak_pct"),
                       middle(mine, "shadow_ms"), middle(mine, "shade_ms"), len({r.model for r in mine})))
     return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified % (of all its pairs' pixels, mean over models), 95th "
-            "percentile of m (mean over pairs), largest m. *Of one map*: over the misclassified % of one map of the same warp, fit and number "
-            "of texels, geometric mean over the models, and the worst model. Acne and leak over all pairs; milliseconds of the shadow and "
-            "shading passes (median), taken on a loaded machine: `./dev bench` measures speed. The means by class compare only methods with as "
-            "many models; `--resume` goes on with the others.\n\n"
+            "percentile of m (mean over pairs), largest m. *Of one map*: over the misclassified % of one map of the same warp, fit and "
+            "number of texels, geometric mean over the models, and the worst model. Acne and leak over all pairs; milliseconds of the "
+            "shadow and shading passes (median), taken on a loaded machine: `./dev bench` measures speed. The means by class compare only "
+            "methods with as many models; `--resume` goes on with the others.\n\n"
             + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "of one map", "worst", "acne %", "leak %",
                      "shadow ms", "shade ms", "models"), lines)
             + "\n\nMisclassified % by model (of the pixels of its 15 pairs together):\n\n"
