@@ -28,6 +28,7 @@ HANG_S = {"tour": 300, "stress": 600}  # Blender alone may take minutes for the 
 MODULE = "bl_ext.user_default.cad_shadow_preview"
 # What in Blender's log is a defect of ours.
 BAD_LOG = re.compile(r"Traceback|Error:|EXCEPTION|Segmentation|Not freed|GL error|^WARN.*cad_shadow", re.MULTILINE)
+PROVOKED = re.compile(r"^Error: broken\.glb holds no GLB data")  # what the tour's damaged file is answered with
 # The splash would swallow the first click; the autosave would ask at the next start.
 PREFERENCES = """
 import bpy
@@ -133,7 +134,7 @@ def judge(results: list[dict], code: int | None, log: str) -> int:
     """Print every step and what else was wrong; the exit code."""
     checks = [(step["name"], step["ok"], step["error"]) for step in results]
     checks.append(("Blender ended by itself", code == 0, f"exit code {code}"))
-    bad = sorted({line.strip() for line in log.splitlines() if BAD_LOG.search(line)})
+    bad = sorted({line.strip() for line in log.splitlines() if BAD_LOG.search(line) and not PROVOKED.match(line.strip())})
     checks.append(("the log is clean", not bad, "\n".join(bad[:20]) + "\n(all of it in build/gui/blender.log)"))
     for name, ok, error in checks:
         print(f"{'passed' if ok else 'FAILED'}  {name}" + ("" if ok else f"\n{error}"))
