@@ -149,9 +149,13 @@ def bias(rows: list[Row]) -> str:
     places = dict.fromkeys((w, s) for _, _, w, s in named)
     automatic = {key: [r for r, n, *k in named if n == "automatic" and tuple(k) == key] for key in places}
     compared = {(w, s) for _, n, w, s in named if n != "automatic"}
+    pictures: dict[tuple[str, ...], set[str]] = {}
+    for row, name, warp, size in named:
+        pictures.setdefault((row.model, row.view, row.light, warp, size), set()).add(name)
+    every_name = max(pictures.values(), key=len)
     values: dict[str, list[Row]] = {}
     for row, name, warp, size in named:
-        if (warp, size) in compared:
+        if (warp, size) in compared and pictures[row.model, row.view, row.light, warp, size] == every_name:
             values.setdefault(name, []).append(row)
     best: dict[str, str] = {}
     for name in sorted(values, key=lambda n: mean(values[n], "misclassified_pct")):
@@ -168,7 +172,7 @@ def bias(rows: list[Row]) -> str:
             + f"\n\nEvery strategy at the single value with the fewest misclassified pixels over all of that "
             f"({', '.join(sorted({s for _, s in compared}))}, all warps):\n\n"
             + table(("strategy and value", *head), [(name, *columns(values[name])) for name in best.values()])
-            + "\n\nThe same by model, wrong %:\n\n" + table(("model", "lights", *best.values()), per_model))
+            + "\n\nThe same by model, wrong %, on the pictures that every strategy was measured on (*lights*: of automatic):\n\n" + table(("model", "lights", *best.values()), per_model))
 
 
 def exact(rows: list[Row]) -> str:
