@@ -172,7 +172,8 @@ def bias(rows: list[Row]) -> str:
             + f"\n\nEvery strategy at the single value with the fewest misclassified pixels over all of that "
             f"({', '.join(sorted({s for _, s in compared}))}, all warps):\n\n"
             + table(("strategy and value", *head), [(name, *columns(values[name])) for name in best.values()])
-            + "\n\nThe same by model, wrong %, on the pictures that every strategy was measured on (*lights*: of automatic):\n\n" + table(("model", "lights", *best.values()), per_model))
+            + "\n\nThe same by model, wrong %, on the pictures that every strategy was measured on (*lights*: of automatic):\n\n"
+            + table(("model", "lights", *best.values()), per_model))
 
 
 def exact(rows: list[Row]) -> str:
