@@ -12,6 +12,7 @@ import numpy as np
 
 from . import session
 from .impostor_states import critical_places, quad_corners
+from .redraw import on_change
 
 if TYPE_CHECKING:
     from .pipeline.impostor_life import ImpostorReport
@@ -69,11 +70,6 @@ def _batch(shader_name: str, kind: str, points: np.ndarray, color: tuple[float, 
     batch.draw(shader)
 
 
-def _redraw(_self: object, context: bpy.types.Context) -> None:
-    for area in context.screen.areas if context.screen else ():
-        area.tag_redraw()
-
-
 def draw_switch(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     """The part of the Overlays popover."""
     self.layout.prop(context.window_manager, PROPERTY)
@@ -85,7 +81,7 @@ def register() -> None:
         name="Critical Points",
         description="Draw the quads of the impostors' textures and their critical points, where the warping error begins, "
         "as of the last picture",
-        update=_redraw,
+        update=on_change,
     )
     setattr(bpy.types.WindowManager, PROPERTY, switch)
     bpy.types.VIEW3D_PT_overlay.append(draw_switch)

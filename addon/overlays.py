@@ -11,6 +11,7 @@ import numpy as np
 from . import session
 from .job import Outcome
 from .overlay_geometry import map_color, map_volumes, split_sections
+from .redraw import on_change
 
 PROPERTY = "cad_shadow_overlay"
 LINE_WIDTH = 1.5
@@ -76,15 +77,10 @@ def _draw() -> None:
     gpu.state.depth_test_set("NONE")
 
 
-def _redraw(_self: object, context: bpy.types.Context) -> None:
-    for area in context.screen.areas if context.screen else ():
-        area.tag_redraw()
-
-
 def register() -> None:
     """Offer the switch and, where there are windows, draw."""
     switch = bpy.props.EnumProperty(
-        name="Overlay", description="Draw where the shadow maps of the last preview or analysis lie", items=ITEMS, update=_redraw
+        name="Overlay", description="Draw where the shadow maps of the last preview or analysis lie", items=ITEMS, update=on_change
     )
     setattr(bpy.types.WindowManager, PROPERTY, switch)
     _handlers.append(bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_VIEW"))

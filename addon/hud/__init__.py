@@ -8,6 +8,7 @@ from __future__ import annotations
 import bpy
 
 from .. import viewport
+from ..redraw import on_change
 from . import graph, legend
 from .canvas import Canvas, free_box
 
@@ -28,12 +29,6 @@ def _draw() -> None:
         graph.draw(canvas)
 
 
-def _redraw(_self: object, context: bpy.types.Context) -> None:
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            area.tag_redraw()
-
-
 def draw_switches(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     """The add-on's part of the Overlays popover."""
     manager, column = context.window_manager, self.layout.column()
@@ -49,13 +44,13 @@ def register() -> None:
     """Offer the switches and, where there are windows, draw."""
     manager = bpy.types.WindowManager
     manager.cad_shadow_legend = bpy.props.BoolProperty(
-        name="Legend", description="What the colours of a live view that shows Aliasing or Partitions mean", default=True, update=_redraw
+        name="Legend", description="What the colours of a live view that shows Aliasing or Partitions mean", default=True, update=on_change
     )
     manager.cad_shadow_graph = bpy.props.BoolProperty(
         name="Error Graph",
         description="The error m over view depth, of the last preview or analysis: what the theory predicts for each map (coloured lines, "
         "T4 (25), (19)), what the picture has (white: median and 95 % of the pixels), and where the maps meet",
-        update=_redraw,
+        update=on_change,
     )
     bpy.types.VIEW3D_PT_overlay.append(draw_switches)
     _handlers.append(bpy.types.SpaceView3D.draw_handler_add(_draw, (), "WINDOW", "POST_PIXEL"))

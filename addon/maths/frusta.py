@@ -114,11 +114,6 @@ def box_planes(bounds: np.ndarray) -> np.ndarray:
     return np.concatenate([lower, upper])
 
 
-def depth_planes(direction: np.ndarray, near: float, far: float) -> np.ndarray:
-    """(2, 4) planes that keep near ≤ direction·p ≤ far, for points relative to the eye and a unit direction."""
-    return np.array([[*direction, -near], [*-np.asarray(direction), far]])
-
-
 def box_corners(bounds: np.ndarray) -> np.ndarray:
     """(…, 8, 3) corners of boxes (…, 2, 3)."""
     pick = np.array([[(i >> axis) & 1 for axis in range(3)] for i in range(8)])

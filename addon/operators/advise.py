@@ -13,9 +13,10 @@ from ..advice import Advice, Goal, Shot, Step, advice_report, advise
 from ..advice.goal import MOST_FRAMES, picked_frames
 from ..errors import Cancelled, UserError
 from ..properties import store
+from ..redraw import redraw
 from ..snapshot import camera_from_object
 from .background import NeedsMeshes
-from .ticking import Ticking, redraw
+from .ticking import Ticking
 
 WORK_S = 0.1
 MEBI = 2**20

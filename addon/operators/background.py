@@ -10,7 +10,8 @@ import bpy
 from .. import session, sources
 from ..errors import Cancelled, UserError
 from ..job import Job, Outcome, Pending
-from .ticking import Ticking, redraw
+from ..redraw import redraw
+from .ticking import Ticking
 
 
 class NeedsMeshes:

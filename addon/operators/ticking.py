@@ -42,9 +42,3 @@ class Ticking:
     def _release(self, context: bpy.types.Context) -> None:
         context.window_manager.progress_end()
         context.window_manager.event_timer_remove(self._timer)
-
-
-def redraw(context: bpy.types.Context) -> None:
-    """Have every area of the screen drawn again."""
-    for area in context.screen.areas if context.screen else ():
-        area.tag_redraw()
