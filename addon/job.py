@@ -14,8 +14,6 @@ from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
-
 from .errors import Cancelled, GpuError, SceneError
 from .maths.view import Camera, Light
 from .pipeline.frame import Frame
@@ -64,18 +62,8 @@ class Job:
     @property
     def key(self) -> tuple:
         """What the picture depends on, comparable and hashable: equal keys give equal pictures."""
-        camera, light = self.camera, self.light
-        lit = (
-            None
-            if light is None
-            else (light.kind, _bytes(light.direction_ws), _bytes(light.position_ws), light.cone_rad, light.cone_blend, light.color)
-        )
-        seen = (camera.view_from_world.tobytes(), camera.clip_from_view.tobytes(), camera.near, camera.far)
-        return id(self.scene), seen, lit, self.settings, self.size, self.impostors
-
-
-def _bytes(vector: np.ndarray | None) -> bytes | None:
-    return None if vector is None else vector.tobytes()
+        lit = None if self.light is None else self.light.key
+        return id(self.scene), self.camera.key, lit, self.settings, self.size, self.impostors
 
 
 @dataclass(frozen=True, eq=False)

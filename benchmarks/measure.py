@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Container, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
@@ -13,10 +13,7 @@ from statistics import fmean, median
 from time import perf_counter
 
 from addon.errors import SceneError
-from addon.maths.view import Camera, Light
-from addon.pipeline.device import device_of
-from addon.pipeline.frame import Frame
-from addon.pipeline.readback import frame_passes, read_texture
+from addon.maths.view import Light
 from addon.pipeline.renderer import shared_renderer
 from addon.pipeline.scene import Scene
 from addon.pipeline.settings import Settings
@@ -89,42 +86,20 @@ def _measure_light(name: str, scene: Scene, tracer: TruthTracer, view: views.Vie
     if not truth.lit_facing.any():
         return
     ratio = views.depth_ratio(truth.depth)
-    for method, frame in _frames(scene, view.camera, light, methods, size):
-        result, _ = compare(frame, truth, view.camera, light, methods[method].fit.size, tracer)
+    for method, settings in _grouped(methods):
+        frame = shared_renderer().render(scene, view.camera, light, settings, size=size, passes=COMPARED_PASSES)
+        result, _ = compare(frame, truth, view.camera, light, settings.fit.size, tracer)
         numbers = {key: result[key] for key in ("pixels", "misclassified_pct", "acne_pct", "leak_pct", "edge_px_p95")}
         yield Row(name, view.name, view.kind, light.name, method, ratio, **numbers, m_p95=frame.measured["m_p95"],
                   m_max=frame.measured["m_max"], shadow_ms=frame.timing_ms["shadow"], shade_ms=frame.timing_ms["shade"], code=code_mark())
 
 
-def _frames(scene: Scene, camera: Camera, light: Light, methods: Mapping[str, Settings],
-            size: tuple[int, int]) -> Iterator[tuple[str, Frame]]:
-    """A frame of every method. Those that read the same maps follow one another, and the maps are drawn once."""
+def _grouped(methods: Mapping[str, Settings]) -> Iterator[tuple[str, Settings]]:
+    """Those that read the same maps follow one another: the renderer draws them once. The first of them says what the maps cost."""
     shared: dict[tuple, list[str]] = {}
     for method, settings in methods.items():
         shared.setdefault((settings.warp, settings.partition, settings.fit, settings.test.kind, settings.test.depths), []).append(method)
-    for names in shared.values():
-        frame = shared_renderer().render(scene, camera, light, methods[names[0]], size=size, passes=COMPARED_PASSES)
-        yield names[0], frame
-        for name in names[1:]:
-            yield name, _shaded_again(frame, scene, camera, light, methods[name], size)
-
-
-def _shaded_again(frame: Frame, scene: Scene, camera: Camera, light: Light, settings: Settings, size: tuple[int, int]) -> Frame:
-    """`frame`, the last one rendered, with another bias or filter: its G-buffer and maps are those still on the GPU."""
-    renderer = shared_renderer()
-
-    def shade(context: object) -> Frame:
-        device = device_of(context, renderer.worker)
-        maps = device.shadow_maps(settings.fit.size, len(frame.plan.projections), settings.test)
-        target, triangles = device.shade_target(size, True), device.triangles(linked=settings.test.kind == "triangle")
-        begin = perf_counter()
-        device.shade_pass.draw(target, device.gbuffer(size), maps, device.store.sync(scene), triangles, camera, light, frame.plan, settings)
-        context.finish()
-        timing = {**frame.timing_ms, "shade": (perf_counter() - begin) * 1e3}
-        passes = frame_passes(None, [read_texture(t) for t in target.textures[1:]], COMPARED_PASSES)
-        return replace(frame, passes=passes, timing_ms=timing)
-
-    return renderer.worker.call(shade)
+    yield from ((name, methods[name]) for names in shared.values() for name in names)
 
 
 def kept(path: Path, rows: Iterator[Row], others: Iterable[Row] = ()) -> None:

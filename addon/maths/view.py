@@ -35,6 +35,11 @@ class Camera:
         )
 
     @property
+    def key(self) -> tuple:
+        """What a picture depends on, comparable and hashable; the name is not part of it."""
+        return self.view_from_world.tobytes(), self.clip_from_view.tobytes(), self.near, self.far
+
+    @property
     def is_orthographic(self) -> bool:
         """True when all view rays are parallel."""
         return bool(self.clip_from_view[3, 3] == 1.0)
@@ -90,6 +95,12 @@ class Light:
             require(self.position_ws is not None and bool(np.isfinite(self.position_ws).all()), "The light's position must be finite.")
         if self.kind == "spot":
             require(0.0 < self.cone_rad < 1.55, "The spot's half opening angle must lie between 0° and 88°.")
+
+    @property
+    def key(self) -> tuple:
+        """What a picture depends on, comparable and hashable; the name is not part of it."""
+        direction, position = (None if v is None else v.tobytes() for v in (self.direction_ws, self.position_ws))
+        return self.kind, direction, position, self.cone_rad, self.cone_blend, self.color
 
 
 def gamma_rad(light_direction_ws: np.ndarray, view_direction_ws: np.ndarray) -> float:

@@ -38,7 +38,7 @@ class BarePasses:
         """Draw all passes and wait for them; milliseconds."""
         context, begin = self._device.context, time.perf_counter()
         target = self._device.gbuffer(size)
-        target.framebuffer.use()
+        target.use()
         target.framebuffer.clear()
         context.enable_only(moderngl.DEPTH_TEST)
         set_uniforms(
@@ -49,6 +49,7 @@ class BarePasses:
         self._color_array.render()
         context.enable_direct(GL_DEPTH_CLAMP)
         maps = self._device.shadow_maps(map_size, len(plan.projections))
+        maps.holds = None
         for projection, framebuffer in zip(plan.projections, maps.framebuffers, strict=True):
             framebuffer.use()
             framebuffer.framebuffer.clear(depth=1.0)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import partial
 from typing import TypeVar
 
 import moderngl
 
+from ..maths.projection import ShadowPlan
 from .context import GpuWorker
 from .gbuffer_pass import GBuffer
 from .geometry import GeometryStore
@@ -24,7 +25,7 @@ Attached = TypeVar("Attached")
 
 
 class Device:
-    """Keeps the last target of each kind; asking for another size frees it and makes a new one."""
+    """Keeps the last target of each kind; asking for another size frees it and makes a new one. `plan`: the last one, and of what."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -32,6 +33,7 @@ class Device:
         self.programs = Programs(context)
         self.store = GeometryStore(context)
         self.shade_pass = ShadePass(context, self.programs)
+        self.plan: tuple[Hashable, ShadowPlan] | None = None
         self._kept: dict[str, tuple[tuple, object]] = {}
         self._idle_target = context.renderbuffer((1, 1))
         self._idle = context.framebuffer([self._idle_target])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 import moderngl
 import numpy as np
 
@@ -12,7 +14,10 @@ from .programs import Programs, matrix_bytes, set_uniforms
 
 
 class GBuffer:
-    """Targets of one size: `view_depth` R32F (metres), `normal` RG16 octahedral, `ids` RG32UI (slot + 1, triangle), and a depth buffer."""
+    """Targets of one size: `view_depth` R32F (metres), `normal` RG16 octahedral, `ids` RG32UI (slot + 1, triangle), and a depth buffer.
+
+    `holds` says what was drawn last (scene, camera, instances), by whoever can say; None after `use`.
+    """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
@@ -23,6 +28,12 @@ class GBuffer:
         for texture in (self.view_depth, self.normal, self.ids):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         self.framebuffer = context.framebuffer([self.view_depth, self.normal, self.ids], self.depth)
+        self.holds: Hashable = None
+
+    def use(self) -> None:
+        """Bind for drawing: what it held before does not count any more."""
+        self.holds = None
+        self.framebuffer.use()
 
     def release(self) -> None:
         """Free the targets."""
@@ -34,7 +45,7 @@ def draw_gbuffer(
     context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera, rows: np.ndarray | None = None
 ) -> int:
     """Draw the scene (or only the instance rows of the mask `rows`) as the camera sees it; returns the triangles sent."""
-    target.framebuffer.use()
+    target.use()
     target.framebuffer.clear()
     context.enable_only(moderngl.DEPTH_TEST)
     view = camera.view_from_world

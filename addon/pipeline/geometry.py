@@ -41,7 +41,7 @@ class _Part:
 
 
 class GeometryStore:
-    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene."""
+    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene. `state` counts the scenes: equal, nothing changed."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -56,11 +56,13 @@ class GeometryStore:
         self._scene: Scene | None = None
         self._draw_list: DrawList | None = None
         self.uploaded_meshes = 0
+        self.state = 0
 
     def sync(self, scene: Scene) -> DrawList:
         """Bring the GPU to `scene` and return what to draw. The same scene costs nothing; unchanged meshes are not uploaded again."""
         if scene is self._scene and self._draw_list is not None:
             return self._draw_list
+        self._scene, self.state = None, self.state + 1
         baked, instanced = _plan(scene)
         self._free_missing(set(baked) | set(instanced))
         self._upload_baked(scene, {k: r for k, r in baked.items() if k not in self._parts})

@@ -84,7 +84,7 @@ def draw_impostor(
     behind = behind_texels * _texel_of_depth(frame)
     set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
     source.bind()
-    target.framebuffer.use()
+    target.use()
     device.context.enable_only(moderngl.DEPTH_TEST)
     _render(device.context, program, moderngl.TRIANGLE_STRIP, 4)
     if scratch is not None:

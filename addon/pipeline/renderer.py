@@ -1,6 +1,7 @@
 """Scene + camera + light + settings → Frame. Callable from any thread; all GL happens on the worker.
 
-The order is the method's: G-buffer → receivers → shadow projections → shadow maps → deferred shading → read-back.
+The order is the method's: G-buffer → receivers → shadow projections → shadow maps → deferred shading → read-back. What the GPU still
+holds from the frame before (surfaces, projections, maps) is not made again.
 """
 
 from __future__ import annotations
@@ -153,21 +154,32 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
 
 
 def _draw_surfaces(device: Device, request: Request, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None) -> None:
-    """What the camera sees: geometry, and impostors instead of the objects they stand for."""
+    """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
     gbuffer, rows = device.gbuffer(request.size), impostors.geometry_rows if impostors is not None else request.shown
+    wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
+    if wanted is not None and gbuffer.holds == wanted:
+        return
     draw_gbuffer(device.context, device.programs, gbuffer, draw_list, camera, rows)
     for drawn in impostors.drawn if impostors is not None else ():
         drawn.draw(device, gbuffer, camera)
+    gbuffer.holds = wanted
 
 
 def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowPlan | None:
-    """The shadow projections for what this camera really sees."""
+    """The shadow projections for what this camera really sees; those of the frame before where nothing they depend on has changed."""
     if request.light is None:
         return None
-    receivers = None
-    if request.settings.fit.kind == "samples":
+    s, surfaces = request.settings, device.gbuffer(request.size).holds
+    wanted = (surfaces, request.size, request.light.key, s.warp, s.partition, s.fit) if surfaces is not None else None
+    if wanted is None or device.plan is None or device.plan[0] != wanted:
+        device.plan = wanted, _fitted(device, request, scene_bounds)
+    return device.plan[1]
+
+
+def _fitted(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowPlan:
+    s, receivers = request.settings, None
+    if s.fit.kind == "samples":
         receivers = surface_points_ws(read_texture(device.gbuffer(request.size).view_depth, flip=False), request.camera)
-    s = request.settings
     return plan_shadows(
         request.camera,
         request.light,
@@ -186,8 +198,11 @@ def _shadow_maps(device: Device, request: Request, plan: ShadowPlan) -> ShadowMa
 
 
 def _cast(device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None) -> None:
-    """Fill the shadow maps: triangles, and impostors where they are chosen as casters."""
+    """Fill the shadow maps: triangles, and impostors where they are chosen as casters. Without impostors they may be full already."""
     maps, choice = _shadow_maps(device, request, plan), request.impostors
+    wanted = (device.plan[0], request.settings.test.id_per_material) if impostors is None else None
+    if wanted is not None and maps.holds == wanted:
+        return
     casters = None
     if impostors is not None and choice.casters == "impostor":
         casters = casters_of(device).update(request.scene, draw_list, request.light, maps, plan, choice, impostors)
@@ -195,6 +210,7 @@ def _cast(device: Device, request: Request, draw_list: DrawList, plan: ShadowPla
     draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, request.settings.test, rows)
     if casters is not None:
         casters.draw(device, maps, plan)
+    maps.holds = wanted
 
 
 def _wants_data(request: Request) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
+
 import moderngl
 import numpy as np
 
@@ -22,7 +24,10 @@ _FLOATS_PER_MAP = 60
 
 
 class ShadowMaps:
-    """A depth array and a framebuffer per layer; with a test that needs them, an array of ids beside it and the cells of the n-SM."""
+    """A depth array and a framebuffer per layer; with a test that needs them, an array of ids beside it and the cells of the n-SM.
+
+    `holds` says what was drawn last (plan, ids), by whoever can say; None as soon as anything is drawn.
+    """
 
     def __init__(self, context: moderngl.Context, size: int, layers: int, test: TestChoice) -> None:
         limit = context.info["GL_MAX_TEXTURE_SIZE"]
@@ -34,6 +39,7 @@ class ShadowMaps:
             raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
         check_maps(size, layers, ids_kind(test), test.depths)
         self.size, self.layers = size, layers
+        self.holds: Hashable = None
         self.depth = DepthArray(context, size, layers)
         self.ids_kind = ids_kind(test)
         self.ids = id_array(context, size, layers, self.ids_kind) if self.ids_kind else None
@@ -80,6 +86,7 @@ def draw_shadow_maps(
     `rows` (I,) bool: only these instance rows of the scene, into maps that are not logarithmic.
     """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
+    maps.holds = None
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
     sent = 0

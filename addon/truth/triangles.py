@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,7 +27,7 @@ class WorldTriangles:
     object_id: np.ndarray
     noise: np.ndarray
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Metres: an upper bound of the distance between any two points of the scene."""
         return float(np.linalg.norm(np.ptp(self.corners.reshape(-1, 3), axis=0))) if len(self.corners) else 0.0

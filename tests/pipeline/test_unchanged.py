@@ -1,0 +1,86 @@
+"""What the GPU holds from the frame before is used again only when the picture is the same with and without it."""
+
+import numpy as np
+import pytest
+
+from addon.pipeline import renderer as pipeline
+from addon.pipeline.device import device_of
+from addon.pipeline.impostor_life import ImpostorChoice, ImpostorGroup
+from addon.pipeline.renderer import DATA_PASSES, Request, render_frame
+from addon.pipeline.settings import Settings
+from tests import scenes
+
+SCENES = (scenes.railing(), scenes.chair())
+CAMERAS = [scenes.look_at(eye, (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0) for eye in ((14.0, -16.0, 9.0), (-9.0, -12.0, 4.0))]
+LIGHTS = (scenes.sun(40.0), scenes.sun(15.0), None)
+CHANGES = {  # a request's field, or a group of the settings' fields
+    "scene": SCENES, "camera": CAMERAS, "light": LIGHTS, "size": ((64, 48), (48, 64)), "shown": (None, "first"),
+    "impostors": (None, None, "last"),
+    "warp": ({"kind": "lispsm-general"}, {"kind": "uniform"}, {"kind": "logpsm"}), "partition": ({"kind": "none"}, {"kind": "z-log"}),
+    "fit": ({"kind": "samples", "size": 64}, {"kind": "scene", "size": 64}, {"kind": "samples", "size": 96}),
+    "test": ({}, {"kind": "id-depth"}, {"kind": "id-depth", "id_per_material": True}, {"depths": 2, "pcf": 4}, {"kind": "triangle"},
+             {"bias_strategy": "constant", "bias": 0.01}),
+    "shading": ({"samples": 1}, {"samples": 4}, {"display": "aliasing", "samples": 1}),
+}
+
+
+def request_of(chosen):
+    scene = chosen["scene"]
+    groups = {name: chosen[name] for name in ("warp", "partition", "fit", "test", "shading")}
+    shown = np.arange(len(scene.instances)) < 1 if chosen["shown"] else None
+    last = ImpostorGroup("last", (len(scene.object_names) - 1,))
+    impostors = ImpostorChoice((last,), never_dearer=False) if chosen["impostors"] else None
+    return Request(scene, chosen["camera"], chosen["light"], Settings().replaced(**groups), chosen["size"], ("combined", *DATA_PASSES),
+                   impostors=impostors, shown=None if impostors else shown)
+
+
+def forget(device, request):
+    """As if the device had drawn nothing yet."""
+    device.plan = None
+    device.gbuffer(request.size).holds = None
+    kept = device._kept.get("shadow")
+    if kept is not None:
+        kept[1].holds = None
+
+
+def differing(kept, anew):
+    return [name for name, image in anew.passes.items() if not np.array_equal(image, kept.passes[name], equal_nan=True)]
+
+
+def test_pictures_are_those_of_a_renderer_that_remembers_nothing(worker, rng):
+    """A walk over everything that can change, at most two things a step, back to what was there before as often as on.
+
+    Impostors have a life of their own from frame to frame; they are drawn in between, and must leave nothing behind.
+    """
+    chosen = {name: values[0] for name, values in CHANGES.items()}
+
+    def step(context):
+        device, request = device_of(context, worker), request_of(chosen)
+        kept = render_frame(device, request, pipeline.Ticket())
+        forget(device, request)
+        return kept, render_frame(device, request, pipeline.Ticket())
+
+    for _ in range(60):
+        for name in rng.choice(list(CHANGES), size=rng.integers(0, 3), replace=False):
+            chosen[name] = CHANGES[name][rng.integers(len(CHANGES[name]))]
+        kept, anew = worker.call(step)
+        assert chosen["impostors"] or differing(kept, anew) == [], chosen
+
+
+@pytest.mark.parametrize(("name", "value", "drawn"), [
+    ("shading", {"display": "aliasing", "samples": 1}, []), ("test", {"bias_strategy": "constant", "bias": 0.01}, []),
+    ("test", {"kind": "id-depth"}, ["maps"]), ("warp", {"kind": "uniform"}, ["maps"]), ("light", LIGHTS[1], ["maps"]),
+    ("camera", CAMERAS[1], ["surfaces", "maps"]), ("scene", scenes.open_sheet(), ["surfaces", "maps"])])
+def test_only_what_a_change_touches_is_drawn_again(worker, monkeypatch, name, value, drawn):
+    seen = []
+
+    def noted(what, function):
+        return lambda *args: (seen.append(what), function(*args))[1]
+
+    monkeypatch.setattr(pipeline, "draw_gbuffer", noted("surfaces", pipeline.draw_gbuffer))
+    monkeypatch.setattr(pipeline, "draw_shadow_maps", noted("maps", pipeline.draw_shadow_maps))
+    chosen = {key: values[0] for key, values in CHANGES.items()}
+    worker.call(lambda context: render_frame(device_of(context, worker), request_of(chosen), pipeline.Ticket()))
+    seen.clear()
+    worker.call(lambda context: render_frame(device_of(context, worker), request_of({**chosen, name: value}), pipeline.Ticket()))
+    assert seen == drawn
