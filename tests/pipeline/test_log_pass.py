@@ -63,23 +63,22 @@ def log_frame(renderer, scene, warp="logpsm", **test):
 
 
 def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monkeypatch):
-    """The cuts matter: with them switched off a long floor is visibly wrong in the map."""
-    scene = scenes.border_floor()
-    exact = log_frame(renderer, scene)
+    """The cuts matter: with them switched off a long floor is visibly wrong in the map. (A new scene each: its map is drawn anew.)"""
+    exact = log_frame(renderer, scenes.border_floor())
     monkeypatch.setattr(log_pass, "BEND_TEXELS", 1e9)
-    bent = log_frame(renderer, scene)
-    expected = ray_depth(scene, exact.plan.projections[0], MAP)
+    bent = log_frame(renderer, scenes.border_floor())
+    expected = ray_depth(scenes.border_floor(), exact.plan.projections[0], MAP)
     error = [np.mean(np.abs(f.passes["shadow_depth"][0] - expected) > 1e-3) for f in (exact, bent)]
     assert error[0] < 0.1 * error[1]
 
 
 @pytest.mark.parametrize("warp", ["logpsm", "log", *BENT], ids=str)
 def test_a_map_drawn_in_many_turns_is_the_map_drawn_in_one(renderer, monkeypatch, warp):
-    """However few slabs a draw may emit of a triangle, the same pieces arrive, with the same ids."""
-    scene, frames = scenes.border_floor(), []
+    """However few slabs a draw may emit of a triangle, the same pieces arrive, with the same ids. (A new scene each, as above.)"""
+    frames = []
     for most in (2, 7, 48):
         monkeypatch.setattr(log_pass, "MOST_SLABS", most)
-        frames.append(log_frame(renderer, scene, warp, kind="triangle"))
+        frames.append(log_frame(renderer, scenes.border_floor(), warp, kind="triangle"))
     assert (frames[0].passes["shadow_depth"] < 1.0).mean() > 0.2
     for other in frames[:2]:
         np.testing.assert_allclose(other.passes["shadow_depth"], frames[2].passes["shadow_depth"], atol=1e-6)
