@@ -15,6 +15,7 @@ from .materials import DEFAULT_COLOR, Color, base_color
 
 MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
 IGNORED, LIGHT, CAMERA = -1, -2, -3
+SEVERAL = object()  # equal to no material
 FLAT = 1e-12
 _DRAWN_TYPES = ("mesh", "curve", "surf", "font", "meta", "empty", "curves", "hair_curves", "pointcloud", "volume")
 _TYPE_SWITCHES = tuple(f"show_object_viewport_{kind}" for kind in _DRAWN_TYPES)
@@ -22,9 +23,9 @@ _TYPE_SWITCHES = tuple(f"show_object_viewport_{kind}" for kind in _DRAWN_TYPES)
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """What all instances of one mesh with the same materials share: the key of its content, and a colour for each material slot."""
+    """What all instances of one mesh with the same materials share: the mesh's number, and a colour for each material slot."""
 
-    content: Hashable
+    number: Hashable
     colors: tuple[Color, ...]
 
     def color(self, slot: int) -> Color:
@@ -61,7 +62,7 @@ class Rows:
 
 
 class InstanceLoop:
-    """Walks `depsgraph.object_instances` once. `content_of` gives the key of an evaluated object's mesh, None when it has no face.
+    """Walks `depsgraph.object_instances` once. `number_of` names an evaluated object's mesh, None when it has no face.
 
     Objects other than meshes need no care: the depsgraph yields the mesh of a curve, text, metaball or surface as an instance of its own.
     """
@@ -69,16 +70,16 @@ class InstanceLoop:
     def __init__(
         self,
         depsgraph: bpy.types.Depsgraph,
-        content_of: Callable[[bpy.types.Object], Hashable | None],
+        number_of: Callable[[bpy.types.Object], Hashable | None],
         use_object_color: bool = False,
         space: bpy.types.SpaceView3D | None = None,
         mark_of: MarkOf | None = None,
     ) -> None:
-        self.depsgraph, self.content_of, self.use_object_color, self.space = depsgraph, content_of, use_object_color, space
+        self.depsgraph, self.number_of, self.use_object_color, self.space = depsgraph, number_of, use_object_color, space
         self.mark_of = mark_of
         self.rows = Rows()
         self._colors: dict[int, Color] = {}
-        self._slotted: dict[int, bpy.types.Material | None] = {}  # kinds with materials; the material, where there is just one
+        self._slotted: dict[int, object] = {}  # kinds with materials: the one, or SEVERAL
         self._variants: dict[tuple[int, tuple[Color, ...]], int] = {}
 
     def run(self) -> Rows:
@@ -98,7 +99,7 @@ class InstanceLoop:
         """
         kind_of_data: dict[bpy.types.ID, int] = {}
         kind_of, names, index, i = self.rows.kind, self.rows.names, [], -1
-        overrides = self.use_object_color or self._slotted
+        use_object_color, slotted = self.use_object_color, self._slotted
         is_all_shown = self.space is None or shows_everything(self.space)
         for i, instance in enumerate(self.depsgraph.object_instances):
             ob = instance.object
@@ -108,11 +109,10 @@ class InstanceLoop:
             kind = kind_of_data.get(data)
             if kind is None:
                 kind = kind_of_data[data] = self._visit(ob, data)
-                overrides = self.use_object_color or self._slotted
             if kind >= 0:
                 if not (is_all_shown or self._is_shown_in_space(instance)):
                     continue
-                if overrides:
+                if use_object_color or (kind in slotted and ob.active_material != slotted[kind]):
                     kind = self._variant(ob, kind)
                 kind_of.append(kind)
                 names.append(ob.name)
@@ -134,20 +134,16 @@ class InstanceLoop:
         """What the first instance of a datablock is: an index into `kinds`, or one of the negative marks."""
         if ob.type != "MESH":
             return {"LIGHT": LIGHT, "CAMERA": CAMERA}.get(ob.type, IGNORED)
-        content = self.content_of(ob)
-        if content is None:
+        number = self.number_of(ob)
+        if number is None:
             return IGNORED
-        self.rows.kinds.append(Kind(content, tuple(self._color(m) for m in data.materials) or (DEFAULT_COLOR,)))
+        self.rows.kinds.append(Kind(number, tuple(self._color(m) for m in data.materials) or (DEFAULT_COLOR,)))
         if len(data.materials):
-            self._slotted[len(self.rows.kinds) - 1] = data.materials[0] if len(data.materials) == 1 else None
+            self._slotted[len(self.rows.kinds) - 1] = data.materials[0] if len(data.materials) == 1 else SEVERAL
         return len(self.rows.kinds) - 1
 
     def _variant(self, ob: bpy.types.Object, kind: int) -> int:
         """The kind of an object that overrides what its mesh says: its own colour, or materials linked to it."""
-        if not self.use_object_color:
-            only = self._slotted.get(kind)
-            if kind not in self._slotted or (only is not None and ob.active_material == only):
-                return kind
         colors = base = self.rows.kinds[kind].colors
         if self.use_object_color:
             colors = (tuple(ob.color),)
@@ -160,7 +156,7 @@ class InstanceLoop:
             return kind
         if (kind, colors) not in self._variants:
             self._variants[kind, colors] = len(self.rows.kinds)
-            self.rows.kinds.append(Kind(self.rows.kinds[kind].content, colors))
+            self.rows.kinds.append(Kind(self.rows.kinds[kind].number, colors))
         return self._variants[kind, colors]
 
     def _color(self, material: bpy.types.Material | None) -> Color:
@@ -195,11 +191,12 @@ def read_matrices(depsgraph: bpy.types.Depsgraph, count: int) -> np.ndarray:
 
 def is_invertible(matrices: np.ndarray) -> np.ndarray:
     """(N,) bool: finite, and the volume of the unit cube's image is not lost against its longest edge cubed."""
-    finite = np.isfinite(matrices).all(axis=(1, 2))
-    linear = np.where(finite[:, None, None], matrices, 0.0)[:, :3, :3]
-    longest = np.linalg.norm(linear, axis=1).max(axis=1, initial=0.0)
-    volume = np.abs(np.einsum("ni,ni->n", linear[:, :, 0], np.cross(linear[:, :, 1], linear[:, :, 2])))
-    return finite & (volume > FLAT * longest**3)
+    finite = np.True_ if np.isfinite(matrices).all() else np.isfinite(matrices).all(axis=(1, 2))
+    linear = matrices[:, :3, :3] if finite.ndim == 0 else np.where(finite[:, None, None], matrices, 0.0)[:, :3, :3]
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = linear.transpose(2, 1, 0)  # the edges; far quicker than numpy over axes of length 3
+    volume = np.abs(ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx))
+    squared = np.maximum(np.maximum(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz), cx * cx + cy * cy + cz * cz)
+    return finite & (volume > FLAT * squared * np.sqrt(squared))
 
 
 def listed(names: list[str], at_most: int = 3) -> str:

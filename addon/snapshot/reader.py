@@ -5,12 +5,16 @@ It keeps arrays and numbers between calls, never a reference to Blender's data. 
   last read proves the mesh unchanged; nothing of it is fetched. (Checked on 4.5 and 5.2. Sculpting and editing may write in place: an
   object in such a mode is always fetched, and so is a mesh that turns out not to be an evaluated copy.)
 - The content of a mesh is named by a digest of its arrays, so equal content keeps its `Mesh.key` over re-evaluation, undo and renders.
+
+Blender's part, fetching arrays, can be taken in slices (`collect(seconds=…)`), so that a window waits for none of them; the rest, digests
+and normals, is `Collected.scene`, on any thread.
 """
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
-from math import ceil, log2
+from math import ceil, inf, log2
 
 import bpy
 import numpy as np
@@ -26,6 +30,7 @@ from .marks import mark_reader
 from .meshes import read_object
 
 ContentKey = tuple[bytes, float]
+Number = tuple[int, float]  # an evaluated mesh's session_uid, and the crease angle
 
 
 @dataclass(slots=True)
@@ -42,7 +47,8 @@ class SceneReader:
     def __init__(self) -> None:
         self.counts = ReadCounts()
         self._content: dict[ContentKey, Prepared] = {}
-        self._known: dict[tuple[int, float], ContentKey | None] = {}
+        self._known: dict[Number, ContentKey | None] = {}
+        self._fetched: dict[Number, RawMesh | None] = {}  # of a collection that is not complete yet
 
     def read(
         self,
@@ -71,10 +77,20 @@ class SceneReader:
         crease_angle_rad: float = DEFAULT_CREASE_RAD,
         use_object_color: bool = False,
         space: bpy.types.SpaceView3D | None = None,
-    ) -> Collected:
-        """The first half of `read`, all that needs Blender: arrays and numbers, the new meshes as yet without their normals."""
-        session = _Session(self, crease_angle_rad)
-        return Collected(session, InstanceLoop(depsgraph, session.content_of, use_object_color, space, mark_reader()).run())
+        seconds: float = inf,
+    ) -> Collected | None:
+        """The first half of `read`, all that needs Blender: arrays and numbers, the new meshes as yet without names and normals.
+
+        None when the new meshes take longer than `seconds`: those fetched by then are kept, so calling it again goes on.
+        """
+        session = _Session(self, crease_angle_rad, time.perf_counter() + seconds)
+        try:
+            rows = InstanceLoop(depsgraph, session.number_of, use_object_color, space, mark_reader()).run()
+        except _TimeIsUp:
+            self._fetched = session.fetched
+            return None
+        self._fetched = {}
+        return Collected(session, rows)
 
     def take(self, collected: Collected) -> None:
         """Keep what a finished `Collected` has made for the reads that follow."""
@@ -83,7 +99,7 @@ class SceneReader:
 
     def clear(self) -> None:
         """Drop the cache."""
-        self._content, self._known = {}, {}
+        self._content, self._known, self._fetched = {}, {}, {}
 
 
 @dataclass(eq=False)
@@ -98,7 +114,7 @@ class Collected:
         session, rows = self.session, self.rows
         session.prepare_pending()
         rows.keep(session.is_drawable(rows))
-        meshes, instances = _instances(rows, session.content)
+        meshes, instances = _instances(rows, session.content, session.known)
         scene = Scene(meshes, instances, tuple(rows.names), np.zeros(3))
         origin = local_origin(scene.bounds_ws()) if len(instances) else np.zeros(3)
         moved = np.array(instances.world_from_object)
@@ -113,53 +129,69 @@ class Collected:
         )
 
 
-class _Session:
-    """One read: meshes prepared or taken from the reader's cache; the new cache holds only what this read used."""
+class _TimeIsUp(Exception):
+    """There are more meshes to fetch than the time allows."""
 
-    def __init__(self, reader: SceneReader, crease_angle_rad: float) -> None:
-        self.old_content, self.old_known = reader._content, reader._known
-        self.crease = float(crease_angle_rad)
+
+class _Session:
+    """One read: meshes fetched or taken from the reader's cache; the new cache holds only what this read used."""
+
+    def __init__(self, reader: SceneReader, crease_angle_rad: float, deadline: float) -> None:
+        self.old_content, self.old_known, self.old_fetched = reader._content, reader._known, reader._fetched
+        self.crease, self.deadline = float(crease_angle_rad), deadline
         self.content: dict[ContentKey, Prepared] = {}
-        self.known: dict[tuple[int, float], ContentKey | None] = {}
-        self.counts = ReadCounts()
-        self.pending: dict[ContentKey, RawMesh] = {}
+        self.known: dict[Number, ContentKey | None] = {}
+        self.fetched: dict[Number, RawMesh | None] = {}
+        self.counts, self.has_fetched = ReadCounts(), False
+        self.first_name: dict[Number, str] = {}
         self.name_of: dict[ContentKey, str] = {}
 
-    def content_of(self, ob: bpy.types.Object) -> ContentKey | None:
-        """The key of an evaluated object's mesh; None if it has no face. Called once for each mesh."""
+    def number_of(self, ob: bpy.types.Object) -> Number | None:
+        """The number of an evaluated object's mesh; None if it has no face. Called once for each mesh. Raises `_TimeIsUp`."""
         mesh = ob.data
         number = (mesh.session_uid, self.crease)
         is_copy = mesh.original is None or mesh.original.as_pointer() == mesh.as_pointer()
-        if number in self.old_known and is_copy and ob.mode == "OBJECT":
-            key = self.old_known[number]
+        is_steady = is_copy and ob.mode == "OBJECT"
+        if is_steady and number in self.old_known:
+            self.known[number] = key = self.old_known[number]
+            has_faces = key is not None
         else:
-            key = self._fetch(ob)
-        self.known[number] = key
-        if key is not None:
-            self.name_of.setdefault(key, ob.name)
-            if key in self.old_content:
-                self.content[key] = self.old_content[key]
-        return key
+            has_faces = self._fetch(ob, number, is_steady) is not None
+        if has_faces:
+            self.first_name[number] = ob.name
+        return number if has_faces else None
 
-    def _fetch(self, ob: bpy.types.Object) -> ContentKey | None:
-        self.counts.fetched += 1
-        raw = read_object(ob)
-        if raw is None:
-            return None
-        key = (raw.digest(), self.crease)
-        if key not in self.old_content:
-            self.pending[key] = raw
-        return key
+    def _fetch(self, ob: bpy.types.Object, number: Number, is_steady: bool) -> RawMesh | None:
+        """The mesh's arrays, as fetched by an earlier slice or now. The first of a slice is fetched even when the time is up."""
+        if is_steady and number in self.old_fetched:
+            raw = self.old_fetched[number]
+        else:
+            if is_steady and self.has_fetched and time.perf_counter() > self.deadline:
+                self.fetched = {**self.old_fetched, **self.fetched}
+                raise _TimeIsUp
+            raw = read_object(ob)
+            self.has_fetched |= is_steady
+        self.fetched[number] = raw
+        return raw
 
     def prepare_pending(self) -> None:
-        """Make all new meshes drawable, together."""
-        keys = list(self.pending)
-        self.counts.prepared = len(keys)
-        self.content.update(zip(keys, prepare_all(list(self.pending.values()), keys, self.crease), strict=True))
+        """Name the meshes fetched by their content, and make all that is new drawable, together."""
+        self.known |= {number: raw and (raw.digest(), self.crease) for number, raw in self.fetched.items()}
+        pending: dict[ContentKey, RawMesh] = {}
+        for number, key in self.known.items():
+            if key is None:
+                continue
+            self.name_of.setdefault(key, self.first_name[number])
+            if key in self.old_content:
+                self.content[key] = self.old_content[key]
+            else:
+                pending[key] = self.fetched[number]
+        self.counts = ReadCounts(len(self.fetched), len(pending))
+        self.content.update(zip(pending, prepare_all(list(pending.values()), list(pending), self.crease), strict=True))
 
     def is_drawable(self, rows: Rows) -> np.ndarray:
         """(rows,) bool: something of the mesh is left to draw."""
-        of_kind = np.array([bool(self.content[k.content].meshes) for k in rows.kinds], dtype=bool)
+        of_kind = np.array([bool(self.content[self.known[k.number]].meshes) for k in rows.kinds], dtype=bool)
         return of_kind[np.array(rows.kind, dtype=np.int64)]
 
     def warnings(self) -> list[str]:
@@ -184,16 +216,19 @@ def local_origin(bounds_ws: np.ndarray) -> np.ndarray:
     return np.round(bounds_ws.mean(axis=0) / step) * step + 0.0
 
 
-def _instances(rows: Rows, content: dict[ContentKey, Prepared]) -> tuple[tuple[Mesh, ...], Instances]:
+def _instances(
+    rows: Rows, content: dict[ContentKey, Prepared], known: dict[Number, ContentKey | None]
+) -> tuple[tuple[Mesh, ...], Instances]:
     """Rows times their material slots. Equal content from several datablocks becomes one mesh."""
     meshes: list[Mesh] = []
     first_of: dict[object, int] = {}
     slots, mesh_of, colors, counts, offsets = [], [], [], [], []
     for kind in rows.kinds:
-        prepared = content[kind.content]
+        key = known[kind.number]
+        prepared = content[key]
         counts.append(len(prepared.slots))
         offsets.append(prepared.offset_os)
-        first = first_of.setdefault(kind.content, len(meshes))
+        first = first_of.setdefault(key, len(meshes))
         if first == len(meshes):
             meshes.extend(prepared.meshes)
         mesh_of.extend(range(first, first + len(prepared.slots)))

@@ -180,6 +180,42 @@ def test_a_slot_is_a_mesh_of_its_own_with_its_colour_and_the_objects_id(blend):
     assert scene.instances.base_color[:, :3].tolist() == [[1, 0, 0], [0, 0, 1], [1, 0, 0], [0, 1, 0]]
 
 
+def test_the_first_of_several_materials_may_be_none_and_the_object_may_override_the_second(blend):
+    data = mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 1, 3)])
+    data.materials.append(None)
+    data.materials.append(painted("red", (1, 0, 0, 1)))
+    data.polygons.foreach_set("material_index", [0, 1])
+    own = add(data)
+    own.active_material_index = 0  # so that its active material is none
+    own.material_slots[1].link, own.material_slots[1].material = "OBJECT", painted("own", (0, 1, 0, 1))
+    assert read().instances.base_color[1, :3].tolist() == [0, 1, 0]
+
+
+def test_a_scene_collected_in_slices_is_the_scene_collected_at_once(zoo):
+    sliced, calls = SceneReader(), 1
+    while (collected := sliced.collect(depsgraph(), seconds=0.0)) is None:
+        calls += 1
+    found, whole = collected.scene(), read()
+    sliced.take(collected)
+    assert calls == sliced.counts.fetched > 5  # one mesh each, none of them twice
+    assert [m.key for m in found.meshes] == [m.key for m in whole.meshes]
+    assert np.array_equal(world_triangles(found), world_triangles(whole))
+    read(sliced)
+    assert sliced.counts.fetched == 0
+
+
+def test_what_changes_between_two_slices_is_fetched_again(blend):
+    objects = [add(triangle(f"t{i}"), (0, 0, i)) for i in range(4)]
+    reader = SceneReader()
+    assert reader.collect(depsgraph(), seconds=0.0) is None
+    for ob in objects:
+        ob.data.vertices[0].co.x = 5.0
+        ob.data.update()
+    while (collected := reader.collect(depsgraph(), seconds=0.0)) is None:
+        pass
+    assert (world_triangles(collected.scene())[:, 0, 0] == 5.0).all()
+
+
 def test_colours_come_from_the_shader_else_the_viewport_colour(blend):
     material = painted("m", (0.9, 0.8, 0.7, 1))
     material.diffuse_color = (0.1, 0.2, 0.3, 1)
