@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
+from math import inf
 
 import bpy
 import numpy as np
@@ -25,6 +27,7 @@ from .views import sun_from
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
 FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left of the view is used. Choose that light under Light to use it."
 NO_LIGHT = "There is no light: a sun from the upper left of the view is used."
+SLICE_S = 0.04  # of fetching new meshes, between two events of the window
 
 _render_reader = SceneReader()
 view_reader = SceneReader()
@@ -58,31 +61,48 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
 
 def job_for_view(context: bpy.types.Context) -> Job:
     """The job of what the user looks at: the 3D viewport under the mouse or, without one, the largest; else the scene's camera."""
-    return ViewReading(context).job(context)
+    return ViewReading().job(context)
+
+
+def _space_of_view(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
+    area = _viewport(context)
+    return area.spaces.active if area else None
 
 
 class ViewReading:
-    """What the user looks at, its scene half read: Blender's part is done. `begin` has the worker do the rest; `job` waits for it."""
+    """What the user looks at, being read: Blender's part in slices (`collect`), the rest on the worker. `scene`, `job` wait for both.
 
-    def __init__(self, context: bpy.types.Context) -> None:
+    `space_of` gives the 3D viewport whose visibility counts, None for the whole scene; by default that of the view.
+    """
+
+    def __init__(self, space_of: Callable[[bpy.types.Context], bpy.types.SpaceView3D | None] = _space_of_view) -> None:
+        self._space_of = space_of
+        self._collected: Collected | None = None
+        self._future: Future[Scene] | None = None
+        self._scene: Scene | None = None
+        self._seconds = 0.0
+
+    def collect(self, context: bpy.types.Context, seconds: float = inf) -> bool:
+        """Go on with Blender's part for about so long; True when it is done, and the worker has the rest. Raises `GpuError`."""
+        if self._collected is None:
+            begin, depsgraph = time.perf_counter(), context.evaluated_depsgraph_get()
+            crease, space = context.scene.cad_shadow.crease_angle, self._space_of(context)
+            self._collected = view_reader.collect(depsgraph, crease_angle_rad=crease, space=space, seconds=seconds)
+            self._seconds += time.perf_counter() - begin
+            if self._collected is None:
+                return False
+            self._collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
+            self._future = on_worker(self._finished)
+        return True
+
+    def _finished(self) -> Scene:
         begin = time.perf_counter()
-        area, crease = _viewport(context), context.scene.cad_shadow.crease_angle
-        space = area.spaces.active if area else None
-        self._collected = view_reader.collect(context.evaluated_depsgraph_get(), crease_angle_rad=crease, space=space)
-        self._collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
-        self._collect_ms = (time.perf_counter() - begin) * 1e3
-        self._future: Future[tuple[Scene, float]] | None = None
-
-    def begin(self) -> None:
-        """Have the scene finished on the worker. Raises `GpuError` when there is none."""
-        self._future = on_worker(self._finished)
-
-    def _finished(self) -> tuple[Scene, float]:
-        begin = time.perf_counter()
-        return self._collected.scene(), (time.perf_counter() - begin) * 1e3
+        scene = self._collected.scene()
+        self._seconds += time.perf_counter() - begin
+        return scene
 
     def done(self) -> bool:
-        """True when `job` will not wait for the worker."""
+        """True when `scene` and `job` will not wait."""
         return self._future is not None and self._future.done()
 
     def cancel(self) -> None:
@@ -90,11 +110,18 @@ class ViewReading:
         if self._future is not None:
             self._future.cancel()
 
+    def scene(self, context: bpy.types.Context) -> Scene:
+        """The scene. Raises `SceneError` for an empty one, `GpuError` when there is no worker."""
+        if self._scene is None:
+            self.collect(context)
+            self._scene = self._future.result()
+            view_reader.take(self._collected)
+        self._scene.bounds_ws()
+        return self._scene
+
     def job(self, context: bpy.types.Context) -> Job:
         """The job, with the view and the settings of now. Raises `SceneError` for an empty scene, a missing light or camera."""
-        scene, finish_ms = self._future.result() if self._future is not None else self._finished()
-        view_reader.take(self._collected)
-        scene.bounds_ws()
+        scene = self.scene(context)
         camera, size, camera_warnings = _view_camera(context, scene)
         light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
         settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
@@ -106,7 +133,7 @@ class ViewReading:
             settings,
             size,
             ENGINE_PASSES,
-            self._collect_ms + finish_ms,
+            self._seconds * 1e3,
             (*scene.warnings, *camera_warnings, *light_warnings),
             impostors=choice_of(scene, settings.impostor),
         )
@@ -135,14 +162,15 @@ def _view_camera(context: bpy.types.Context, scene: Scene) -> tuple[Camera, tupl
 class LiveScene:
     """The scene a live view shows, read anew only after a change, and replaced only when the content differs.
 
-    Blender's part of the reading happens here, on the main thread; the rest, which for big new meshes takes long, on the worker. Until
-    it is done the scene stays what it was.
+    Blender's part of the reading happens here, on the main thread, in slices; the rest, which for big new meshes takes long, on the
+    worker. Until it is done the scene stays what it was.
     """
 
     def __init__(self) -> None:
         self._scene: Scene | None = None
         self._fingerprint = b""
         self._is_stale = True
+        self.is_unfinished = False  # Blender's part takes more slices: `job` has to be called again
         self._reading: tuple[Collected, Future[tuple[Scene, bytes]]] | None = None
 
     def mark_changed(self) -> None:
@@ -160,10 +188,12 @@ class LiveScene:
         size = (region.width, region.height)
         self._take_over()
         if self._is_stale and self._reading is None:
-            self._is_stale = False
-            collected = view_reader.collect(depsgraph, crease_angle_rad=depsgraph.scene.cad_shadow.crease_angle, space=space)
-            collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
-            self._reading = collected, on_worker(lambda: _finished(collected))
+            crease = depsgraph.scene.cad_shadow.crease_angle
+            collected = view_reader.collect(depsgraph, crease_angle_rad=crease, space=space, seconds=SLICE_S)
+            self._is_stale = self.is_unfinished = collected is None
+            if collected is not None:
+                collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
+                self._reading = collected, on_worker(lambda: _finished(collected))
         if self._scene is None:
             return None
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
+from math import inf
 
 import bpy
 
@@ -13,12 +14,9 @@ from ..advice import Advice, Goal, Shot, Step, advice_report, advise
 from ..advice.goal import MOST_FRAMES, picked_frames
 from ..errors import Cancelled, UserError
 from ..properties import store
-from ..redraw import redraw
 from ..snapshot import camera_from_object
-from .background import NeedsMeshes
-from .ticking import Ticking
+from .background import JobOperator, PendingView
 
-WORK_S = 0.1
 MEBI = 2**20
 GOALS = (
     ("TEXELS", "Least Error", "The least error for a number of texels, shared by all shadow maps"),
@@ -26,7 +24,104 @@ GOALS = (
 )
 
 
-class CAD_SHADOW_OT_advise(Ticking, NeedsMeshes, bpy.types.Operator):
+class PendingAdvice:
+    """The search on a thread of its own, asked as `Pending` is."""
+
+    def __init__(self, shots: list[Shot], goal: Goal, seconds: float) -> None:
+        self.progress = (0.0, "reading the picture")
+        self._is_given_up = False
+        executor = ThreadPoolExecutor(1, "cad-shadow-advice")
+        self._future: Future[Advice] = executor.submit(self._search, advise(shots, goal, seconds))
+        executor.shutdown(wait=False)
+
+    def _search(self, steps: Generator[Step, None, Advice]) -> Advice:
+        while not self._is_given_up:
+            try:
+                step = next(steps)
+            except StopIteration as stop:
+                return stop.value
+            self.progress = step.fraction, step.text
+        raise Cancelled("Cancelled.")
+
+    def done(self) -> bool:
+        """True when `result` will not wait."""
+        return self._future.done()
+
+    def cancel(self) -> None:
+        """Give it up after the step it is in."""
+        self._is_given_up = True
+
+    def result(self) -> Advice:
+        """What was found; raises `UserError`."""
+        return self._future.result()
+
+
+class PendingFrames:
+    """Frames of the animation being read one after another, then the search; asked as `Pending` is. The scene's frame is put back."""
+
+    def __init__(self, context: bpy.types.Context, ask: Callable[[list[Shot]], PendingAdvice]) -> None:
+        self._ask, self._scene = ask, context.scene
+        self._kept = self._scene.frame_current
+        self._left = list(picked_frames(self._scene.frame_start, self._scene.frame_end))
+        self._shots: list[Shot] = []
+        self._pending: PendingAdvice | None = None
+        self._error: UserError | None = None
+        self._reading: sources.ViewReading | None = None
+
+    @property
+    def progress(self) -> tuple[float, str]:
+        """How far it is, 0…1, and the stage it is in."""
+        return self._pending.progress if self._pending else (0.0, f"reading frame {self._scene.frame_current}")
+
+    def done(self) -> bool:
+        """True when `result` will not wait. Goes on reading, a slice at a time."""
+        if self._pending is None and self._error is None:
+            self._read(sources.SLICE_S)
+        return self._error is not None or (self._pending is not None and self._pending.done())
+
+    def cancel(self) -> None:
+        """Give it up."""
+        if self._pending is not None:
+            self._pending.cancel()
+        else:
+            self._scene.frame_set(self._kept)
+
+    def result(self) -> Advice:
+        """What was found; raises `UserError`."""
+        while self._pending is None and self._error is None:
+            self._read(inf)
+        if self._error is not None:
+            raise self._error
+        return self._pending.result()
+
+    def _read(self, seconds: float) -> None:
+        """One step: turn to the next frame, or go on reading it; the search begins after the last one."""
+        context = bpy.context
+        try:
+            if self._reading is None:
+                self._scene.frame_set(self._left[0])
+                self._reading = sources.ViewReading()
+            if self._reading.collect(context, seconds) and (seconds == inf or self._reading.done()):
+                self._shots.append(Shot(camera_job(context, self._reading.job(context)), self._left.pop(0)))
+                self._reading = None
+        except UserError as error:
+            self._error = error
+        if self._error is not None or not self._left:
+            self._scene.frame_set(self._kept)
+        if self._error is None and not self._left:
+            self._pending = self._ask(self._shots)
+
+
+def camera_job(context: bpy.types.Context, job: sources.Job) -> sources.Job:
+    """The job through the scene's camera, at the render's size (the view's own where there is no camera)."""
+    camera = context.scene.camera
+    if camera is None:
+        return job
+    depsgraph, size = context.evaluated_depsgraph_get(), sources.render_size(context.scene)
+    return replace(job, camera=camera_from_object(camera.evaluated_get(depsgraph), depsgraph, size, job.scene.origin_ws), size=size)
+
+
+class CAD_SHADOW_OT_advise(JobOperator, bpy.types.Operator):
     """Try warps, partitions, fits and map sizes on this view, measure them, and propose the best; Esc cancels"""
 
     bl_idname = "cad_shadow.advise"
@@ -51,11 +146,9 @@ class CAD_SHADOW_OT_advise(Ticking, NeedsMeshes, bpy.types.Operator):
         name="Seconds", description="Decide after this time at the latest", default=60.0, min=1.0, soft_max=600.0
     )
 
-    every_s = 0.02
-
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Ask for the goal first."""
-        return context.window_manager.invoke_props_dialog(self) if context.window else self.execute(context)
+        return context.window_manager.invoke_props_dialog(self) if context.window else super().execute(context)
 
     def draw(self, _context: bpy.types.Context) -> None:
         """The dialog: only the number that the goal needs."""
@@ -67,69 +160,23 @@ class CAD_SHADOW_OT_advise(Ticking, NeedsMeshes, bpy.types.Operator):
         layout.prop(self, "seconds")
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Search: bit by bit on a timer when there is a window, else at once."""
-        self._search = self._steps(context)
-        if context.window is None or bpy.app.background:
-            while (done := self._work(context, float("inf"))) is None:
-                pass
-            return done
-        return self.begin(context)
+        """Search: beside the window when there is one, else at once."""
+        is_window = context.window is not None and not bpy.app.background
+        return super().invoke(context, None) if is_window else super().execute(context)
 
-    def tick(self, context: bpy.types.Context) -> set[str] | None:
-        """Search a little."""
-        return self._work(context, WORK_S)
-
-    def give_up(self, _context: bpy.types.Context) -> None:
-        """Stop the search: the scene's frame is put back."""
-        self._search.close()
-
-    def _work(self, context: bpy.types.Context, seconds: float) -> set[str] | None:
-        """Steps of the search for about so long; the operator's result when it is over, else None."""
-        end = time.monotonic() + seconds
-        try:
-            while time.monotonic() < end:
-                step = next(self._search)
-                context.window_manager.progress_update(100 * step.fraction)
-        except StopIteration as stop:
-            return self._finish(context, stop.value)
-        except Cancelled:
-            return {"CANCELLED"}
-        except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        return None
-
-    def _steps(self, context: bpy.types.Context) -> Generator[Step, None, Advice]:
-        """Read the frames, then search."""
+    def start(self, context: bpy.types.Context) -> PendingView | PendingFrames:
+        """Have the frames read, then the search begun."""
         goal = Goal(texels=round(self.texels * MEBI)) if self.goal == "TEXELS" else Goal(error=self.error)
-        scene = context.scene
-        if not self.use_animation:
-            yield Step(0.0, "reading the scene")
-            return (yield from advise([Shot(sources.job_for_view(context))], goal, self.seconds))
-        kept, shots = scene.frame_current, []
-        try:
-            for frame in picked_frames(scene.frame_start, scene.frame_end):
-                scene.frame_set(frame)
-                shots.append(Shot(self._camera_job(context), frame))
-                yield Step(0.0, f"reading frame {frame}")
-        finally:
-            scene.frame_set(kept)
-        return (yield from advise(shots, goal, self.seconds))
+        seconds = self.seconds
+        if self.use_animation:
+            return PendingFrames(context, lambda shots: PendingAdvice(shots, goal, seconds))
+        return PendingView(context, lambda reading: PendingAdvice([Shot(reading.job(bpy.context))], goal, seconds))
 
-    def _camera_job(self, context: bpy.types.Context) -> sources.Job:
-        """The job of the scene's camera, at the render's size (the view's own where there is no camera)."""
-        job, camera = sources.job_for_view(context), context.scene.camera
-        if camera is None:
-            return job
-        depsgraph, size = context.evaluated_depsgraph_get(), sources.render_size(context.scene)
-        return replace(job, camera=camera_from_object(camera.evaluated_get(depsgraph), depsgraph, size, job.scene.origin_ws), size=size)
-
-    def _finish(self, context: bpy.types.Context, advice: Advice) -> set[str]:
+    def take(self, _context: bpy.types.Context, advice: Advice) -> None:
+        """The panel shows it."""
         session.remember_advice(advice_report(advice))
         for note in advice.notes:
             self.report({"INFO"}, note)
-        redraw(context)
-        return {"FINISHED"}
 
 
 class CAD_SHADOW_OT_apply_advice(bpy.types.Operator):

@@ -9,7 +9,7 @@ import bpy
 
 from .. import session, sources
 from ..errors import Cancelled, UserError
-from ..job import Job, Outcome, Pending
+from ..job import Outcome, Pending
 from ..redraw import redraw
 from .ticking import Ticking
 
@@ -46,13 +46,19 @@ class Asked(Protocol):
 class PendingView:
     """A picture of what the user looks at, from reading the scene on; it is asked as `Pending` is, on the main thread.
 
-    `ask(job)` asks for something else than the picture; it may raise `UserError`.
+    `ask(reading)` asks for something else than the picture, once the scene is read; it may raise `UserError`. `reading` reads something
+    else than the view. Each `done` takes at most a slice of Blender's time.
     """
 
-    def __init__(self, context: bpy.types.Context, ask: Callable[[Job], Asked] = Pending) -> None:
-        self._ask_for = ask
-        self._reading = sources.ViewReading(context)
-        self._reading.begin()
+    def __init__(
+        self,
+        context: bpy.types.Context,
+        ask: Callable[[sources.ViewReading], Asked] | None = None,
+        reading: sources.ViewReading | None = None,
+    ) -> None:
+        self._ask_for = ask or (lambda reading: Pending(reading.job(bpy.context)))
+        self._reading = reading or sources.ViewReading()
+        self._reading.collect(context, sources.SLICE_S)
         self._pending: Asked | None = None
         self._error: UserError | None = None
 
@@ -62,8 +68,8 @@ class PendingView:
         return self._pending.progress if self._pending is not None else (0.0, "reading the scene")
 
     def done(self) -> bool:
-        """True when `result` will not wait. Asks for the picture when the scene has been read."""
-        if self._pending is None and self._error is None and self._reading.done():
+        """True when `result` will not wait. Goes on reading; asks for the picture when the scene has been read."""
+        if self._pending is None and self._error is None and self._is_read():
             self._ask()
         return self._error is not None or (self._pending is not None and self._pending.done())
 
@@ -82,11 +88,38 @@ class PendingView:
             raise self._error
         return self._pending.result()
 
-    def _ask(self) -> None:
+    def _is_read(self) -> bool:
         try:
-            self._pending = self._ask_for(self._reading.job(bpy.context))
+            return self._reading.collect(bpy.context, sources.SLICE_S) and self._reading.done()
         except UserError as error:
             self._error = error
+            return False
+
+    def _ask(self) -> None:
+        try:
+            self._pending = self._ask_for(self._reading)
+        except UserError as error:
+            self._error = error
+
+
+class Ready:
+    """What is there at once, asked as `Pending` is."""
+
+    progress = (1.0, "")
+
+    def __init__(self, result: object) -> None:
+        self._result = result
+
+    def done(self) -> bool:
+        """Always."""
+        return True
+
+    def cancel(self) -> None:
+        """Nothing to give up."""
+
+    def result(self) -> object:
+        """What it was made with."""
+        return self._result
 
 
 class JobOperator(Ticking, NeedsMeshes):

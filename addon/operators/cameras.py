@@ -9,19 +9,10 @@ from mathutils import Matrix
 
 from .. import sources
 from ..default_view import VIEWS, camera_for_view, corners, depth_range
-from ..errors import SceneError, UserError
+from ..errors import SceneError
 from ..pipeline.scene import Scene
 from ..snapshot.cameras import matrix, rigid_inverse
-from .background import NeedsMeshes
-
-
-def scene_of(context: bpy.types.Context, space: bpy.types.SpaceView3D | None = None) -> Scene:
-    """The scene as it is now; raises `SceneError` when nothing is visible."""
-    read = sources.view_reader.read
-    crease = context.scene.cad_shadow.crease_angle
-    scene = read(context.evaluated_depsgraph_get(), size=sources.render_size(context.scene), crease_angle_rad=crease, space=space)
-    scene.bounds_ws()
-    return scene
+from .background import JobOperator, PendingView, Ready
 
 
 def free_viewport(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
@@ -32,13 +23,27 @@ def free_viewport(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
     return space
 
 
-class CAD_SHADOW_OT_fit_clip(NeedsMeshes, bpy.types.Operator):
+class SceneOperator(JobOperator):
+    """Mix-in: reads the scene without holding the window up; `take(context, scene)` then changes something, as one step of undo."""
+
+    def start(self, context: bpy.types.Context) -> PendingView:
+        """Have the scene read; raises `UserError`."""
+        return PendingView(context, lambda reading: Ready(reading.scene(bpy.context)), sources.ViewReading(self.space_of))
+
+    @staticmethod
+    def space_of(_context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
+        """The 3D viewport whose visibility counts, None for the whole scene."""
+        return None
+
+
+class CAD_SHADOW_OT_fit_clip(SceneOperator, bpy.types.Operator):
     """Set near and far clip distances closely around the scene: of this viewport, or of the scene's camera when looking through it.
     The closer they are, the better warps and partitions spread the shadow map"""
 
     bl_idname = "cad_shadow.fit_clip"
     bl_label = "Fit Near and Far"
     bl_options = {"REGISTER", "UNDO"}
+    space_of = staticmethod(free_viewport)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -50,25 +55,19 @@ class CAD_SHADOW_OT_fit_clip(NeedsMeshes, bpy.types.Operator):
             return False
         return True
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def take(self, context: bpy.types.Context, scene: Scene) -> None:
         """Set the distances."""
         space, camera = free_viewport(context), context.scene.camera
-        try:
-            scene = scene_of(context, space)
-            world_from_view = space.region_3d.view_matrix.inverted() if space else camera.matrix_world
-            near, far = depth_range(rigid_inverse(matrix(world_from_view), scene.origin_ws), corners(scene.instance_bounds_ws()))
-            if far < 1e-5:
-                raise SceneError("Everything lies behind the camera: turn it towards the scene first.")
-        except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        world_from_view = space.region_3d.view_matrix.inverted() if space else camera.matrix_world
+        near, far = depth_range(rigid_inverse(matrix(world_from_view), scene.origin_ws), corners(scene.instance_bounds_ws()))
+        if far < 1e-5:
+            raise SceneError("Everything lies behind the camera: turn it towards the scene first.")
         holder = space or camera.data
         holder.clip_start, holder.clip_end = near, far
         self.report({"INFO"}, f"{'Viewport' if space else camera.name}: near {near:.4g} m, far {far:.4g} m")
-        return {"FINISHED"}
 
 
-class CAD_SHADOW_OT_frame_camera(NeedsMeshes, bpy.types.Operator):
+class CAD_SHADOW_OT_frame_camera(SceneOperator, bpy.types.Operator):
     """Add a camera that sees the whole scene from a standard side, near and far closely around it, and make it the scene's camera"""
 
     bl_idname = "cad_shadow.frame_camera"
@@ -84,14 +83,9 @@ class CAD_SHADOW_OT_frame_camera(NeedsMeshes, bpy.types.Operator):
         name="Field of View", description="Vertical field of view", subtype="ANGLE", default=0.6981317, min=0.01745, max=2.9
     )
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def take(self, context: bpy.types.Context, scene: Scene) -> None:
         """Add the camera."""
-        try:
-            scene = scene_of(context)
-            wanted = camera_for_view(scene, sources.render_size(context.scene), self.view.lower(), self.fov_y)
-        except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+        wanted = camera_for_view(scene, sources.render_size(context.scene), self.view.lower(), self.fov_y)
         data = bpy.data.cameras.new(f"CAD {self.view.capitalize()}")
         data.sensor_fit, data.sensor_height = "VERTICAL", 24.0
         data.angle_y = 2.0 * atan(1.0 / wanted.clip_from_view[1, 1])
@@ -104,7 +98,6 @@ class CAD_SHADOW_OT_frame_camera(NeedsMeshes, bpy.types.Operator):
         context.scene.camera = camera
         context.view_layer.update()
         self.report({"INFO"}, f"{camera.name}: {degrees(data.angle_y):.3g}° high, near {wanted.near:.4g} m, far {wanted.far:.4g} m")
-        return {"FINISHED"}
 
 
 OPERATORS = (CAD_SHADOW_OT_fit_clip, CAD_SHADOW_OT_frame_camera)

@@ -95,7 +95,7 @@ class CAD_SHADOW_OT_impostor_export(NeedsMarks, JobOperator, bpy.types.Operator)
         if self.to == "FILES" and not self.directory:
             raise SceneError("Choose a folder for the files (directory=…).")
         chosen = chosen_marks(context, self.target)
-        return PendingView(context, lambda job: PendingBake(job, chosen, self.unlit))
+        return PendingView(context, lambda reading: PendingBake(reading.job(bpy.context), chosen, self.unlit))
 
     def take(self, context: bpy.types.Context, result: Baked) -> None:
         """Keep what was captured as asked."""

@@ -95,7 +95,7 @@ class CAD_SHADOW_OT_impostor_report(NeedsImpostors, JobOperator, bpy.types.Opera
 
     def start(self, context: bpy.types.Context) -> PendingView:
         """Ask for a picture with all predictors."""
-        return PendingView(context, self._ask)
+        return PendingView(context, lambda reading: self._ask(reading.job(bpy.context)))
 
     def _ask(self, job: Job) -> PendingReport:
         if job.impostors is None:

@@ -178,7 +178,7 @@ class CAD_SHADOW_OT_impostor_regenerate(NeedsImpostors, JobOperator, bpy.types.O
     def start(self, context: bpy.types.Context) -> PendingView:
         """Ask for a picture with new captures."""
         chosen = None if self.target == "STALE" else chosen_marks(context, self.target)
-        return PendingView(context, lambda job: Pending(captured_anew(job, chosen)))
+        return PendingView(context, lambda reading: Pending(captured_anew(reading.job(bpy.context), chosen)))
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Say what was captured, and what could not be."""

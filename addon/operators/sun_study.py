@@ -5,11 +5,11 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .. import image_editor, sources
+from .. import image_editor
 from ..sun_pictures import PendingStudy
 from ..sun_properties import hours_of, sky_of
 from ..sun_study import moments
-from .background import JobOperator
+from .background import JobOperator, PendingView
 
 IMAGE = f"{image_editor.NAME}: sun study"
 
@@ -21,11 +21,12 @@ class CAD_SHADOW_OT_sun_study(JobOperator, bpy.types.Operator):
     bl_label = "Sun Study"
     bl_options = {"REGISTER"}
 
-    def start(self, context: bpy.types.Context) -> PendingStudy:
+    def start(self, context: bpy.types.Context) -> PendingView:
         """Ask for the pictures."""
         props = context.scene.cad_shadow.sun
         clock, place = sky_of(props)
-        return PendingStudy(sources.job_for_view(context), moments(clock, place, *hours_of(props), props.steps))
+        times = moments(clock, place, *hours_of(props), props.steps)
+        return PendingView(context, lambda reading: PendingStudy(reading.job(bpy.context), times))
 
     def take(self, context: bpy.types.Context, sheet: np.ndarray) -> None:
         """Show the sheet; the view's last report stays what it was."""
