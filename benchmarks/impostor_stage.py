@@ -11,6 +11,7 @@ import numpy as np
 from addon.cad_files import read
 from addon.cad_scene import scene_from_model
 from addon.maths import spaces
+from addon.maths.relief import shift_unit
 from addon.maths.relief_frame import CaptureChoice, capture_frame
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import Device
@@ -144,7 +145,7 @@ class Stage:
 
 def _held(impostor: ImpostorTextures, uv: np.ndarray, relief: np.ndarray) -> np.ndarray:
     frame, mask = impostor.frame, impostor.mask
-    unit = frame.texel_m / abs(float(frame.source[2]))
+    unit = shift_unit(frame)
     layers = read_texture(impostor.texels.layers)
     front, slopes = np.where(mask, np.abs(layers[..., 0]), 0.0), (layers[..., 1], layers[..., 2])
     held = np.zeros(len(uv), bool)

@@ -112,6 +112,11 @@ def depth_from_relief(source: np.ndarray, relief: np.ndarray | float) -> np.ndar
     return delta * source[..., 2] / (1.0 + delta * source[..., 3])
 
 
+def shift_unit(frame: CaptureFrame) -> float:
+    """The relief step of a depth of one texel at the plane: makes a shift (texels per unit of relief) a tangent."""
+    return frame.texel_m / abs(float(frame.source[2]))
+
+
 def eye_in_plane(frame: CaptureFrame, camera: Camera) -> np.ndarray:
     """(4,) the camera's eye in homogeneous plane coordinates; an orthographic camera's is a direction (last component 0)."""
     eye_ws = np.append(-camera.direction_ws, 0.0) if camera.is_orthographic else np.append(camera.eye_ws, 1.0)

@@ -2,11 +2,12 @@
 
 After this no predictor reads the texture again. A *pair* is two neighbouring texels, kept as a row `(u, v, n_u, n_v, near, far)`: their
 midpoint, the unit step from the background texel to the foreground texel, and the reliefs δ of foreground and background
-(`relief.py` says what δ is). Where the object ends, the background's relief is that of the object's own back: the side wall that a
-moving eye uncovers. An *edge* is a pair across a depth step with two more numbers. The rest: the texels its two ends lie apart already,
-so that they open only once the far one has overtaken the near one. The sign: +1 what comes into view, −1 what must be taken off again.
-There are three sorts, which add up: steps (rest 0), walls behind the outline as the back layer shows them from within (rest: the piece's
-length), and, negative, the end of what a thin part hides: behind a rod there is no more to uncover than the rod is wide (rest: its width).
+(`relief.py` says what δ is). Where the object ends, the background's relief is that of the last surface on the outline's own ray: the
+side that a moving eye uncovers. An *edge* is a pair across a depth step with two more numbers. The rest: the texels its two ends lie apart
+already, so that they open only once the far one has overtaken the near one. The sign: +1 what comes into view, −1 what must be taken off
+again. There are three sorts, which add up: steps (rest 0), what turns up from behind the outline (the hull of the last surfaces behind it;
+rest: the piece's length), and, negative, the end of what a thin part hides: behind a rod there is no more to uncover than the rod is
+wide (rest: its width).
 Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own (research/impostors.md §6).
 """
 
@@ -18,12 +19,9 @@ import numpy as np
 
 from ..errors import SceneError
 from .choices import require
-from .relief import CaptureFrame, depth_from_relief, relief_from_depth
+from .relief import CaptureFrame, depth_from_relief, relief_from_depth, shift_unit
+from .relief_outline import STEEPEST, WIDEST, behind_the_outline
 
-STEEPEST = 8.0
-"""Texels of depth per texel up to which a run of steps is taken for a surface seen at a grazing angle (83°)."""
-WIDEST = 64
-"""Texels up to which a part counts as thin: it uncovers no more than its own width."""
 NO_PAIR = np.zeros(6)
 """Where there is no pair: without a direction it predicts nothing from any eye."""
 
@@ -74,11 +72,18 @@ class ReliefEdges:
 
 
 def relief_edges(
-    frame: CaptureFrame, depth_m: np.ndarray, mask: np.ndarray, back_m: np.ndarray | None = None, choice: EdgeChoice = EdgeChoice()
+    frame: CaptureFrame,
+    depth_m: np.ndarray,
+    mask: np.ndarray,
+    back_m: np.ndarray | None = None,
+    choice: EdgeChoice = EdgeChoice(),
+    last_m: np.ndarray | None = None,
 ) -> ReliefEdges:
-    """The precomputation for a texture: `depth_m` (h, w) metres behind the plane, `mask` (h, w) bool, `back_m` (h, w) the object's back.
+    """The precomputation for a texture: `depth_m` (h, w) metres behind the plane, `mask` (h, w) bool, `back_m` (h, w) where the part seen
+    ends, `last_m` (h, w) the last surface that a ray meets.
 
-    Without `back_m` the bounds' back stands for it. Raises `SceneError` for an empty mask and for depths that are not finite.
+    Without `last_m` the part seen is taken for the last one; without `back_m` the bounds' back stands for both. Raises `SceneError` for an
+    empty mask and for depths that are not finite.
     """
     mask = np.asarray(mask, bool)
     if mask.shape != (frame.height, frame.width) or np.shape(depth_m) != mask.shape:
@@ -87,17 +92,20 @@ def relief_edges(
         raise SceneError("The impostor's texture is empty: the object is hidden, fully transparent or out of view.")
     depth = np.where(mask, depth_m, 0.0).astype(np.float64)
     back = np.where(mask, frame.depth_m if back_m is None else np.maximum(back_m, depth), 0.0).astype(np.float64)
-    if not (np.isfinite(depth).all() and np.isfinite(back).all()):
+    last = back if last_m is None else np.where(mask, np.maximum(last_m, back), 0.0).astype(np.float64)
+    if not (np.isfinite(depth).all() and np.isfinite(back).all() and np.isfinite(last).all()):
         raise SceneError("The impostor's depth holds values that are not finite: capture it again.")
     pairs, step, is_edge, is_inside = (
         np.concatenate(parts)
-        for parts in zip(*(_axis_pairs(frame, depth, back, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True)
+        for parts in zip(*(_axis_pairs(frame, depth, last, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True)
     )
     region = _regions(frame, pairs, choice.regions)
-    edges = np.column_stack([pairs[is_edge], np.zeros(is_edge.sum()), np.ones(is_edge.sum())])
+    steps = pairs[is_edge & is_inside]
+    edges = [np.column_stack([steps, np.zeros(len(steps)), np.ones(len(steps))])]
+    edges.append(behind_the_outline(frame, depth, back, last, mask, pairs[~is_inside]))
     if back_m is not None:
-        hidden = _ends_of_the_hidden(frame, depth, back, mask, pairs[is_edge & is_inside])
-        edges = np.concatenate([edges, _walls(frame, back, mask, pairs[~is_inside]), hidden])
+        edges.append(_ends_of_the_hidden(frame, depth, back, mask, steps))
+    edges = np.concatenate(edges)
     corrected = is_edge | is_inside
     sums, totals = _directional_sums(frame, edges, choice.bins)
     count = choice.regions[0] * choice.regions[1]
@@ -116,10 +124,10 @@ def relief_edges(
 
 
 def _axis_pairs(
-    frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, axis: int, edge_texels: float
+    frame: CaptureFrame, depth: np.ndarray, last: np.ndarray, mask: np.ndarray, axis: int, edge_texels: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """(pairs, step in metres, is a depth edge, both on the object) of all neighbours along `axis` (0: u, 1: v) that touch the object."""
-    d, b, m = (x if axis == 0 else x.T for x in (depth, back, mask))
+    d, b, m = (x if axis == 0 else x.T for x in (depth, last, mask))
     first, second = (d[:, :-1], b[:, :-1], m[:, :-1]), (d[:, 1:], b[:, 1:], m[:, 1:])
     inside = first[2] & second[2]
     outline = first[2] ^ second[2]
@@ -169,28 +177,6 @@ def _largest(pairs: np.ndarray, step: np.ndarray, region: np.ndarray, count: int
     return out
 
 
-def _walls(frame: CaptureFrame, back: np.ndarray, mask: np.ndarray, outline: np.ndarray) -> np.ndarray:
-    """(W, 8) edges along the walls behind the outline, as the back layer shows them: pieces of 1, 2, 4… texels inwards.
-
-    A piece is kept while the back falls away at 45° or more; flatter ones stay hidden within any useful tilt.
-    """
-    inwards = outline[:, 2:4].astype(int)
-    place = np.floor(outline[:, :2] + outline[:, 2:4] / 2.0).astype(int)
-    pieces = [np.empty((0, 8))]
-    limit = np.array([frame.width, frame.height])
-    for length in (1, 2, 4, 8, 16, 32, 64):
-        following = place + inwards * length
-        inside = ((following >= 0) & (following < limit)).all(axis=1)
-        place, inwards, following = place[inside], inwards[inside], following[inside]
-        depths = back[place[:, 1], place[:, 0]], back[following[:, 1], following[:, 0]]
-        falls = mask[following[:, 1], following[:, 0]] & (depths[1] - depths[0] >= length * frame.texel_m)
-        middle = (place + following + 1.0) / 2.0
-        reliefs = [relief_from_depth(frame.source, d) for d in depths]
-        pieces.append(np.column_stack([middle, inwards, *reliefs, np.full(len(middle), float(length)), np.ones(len(middle))])[falls])
-        place, inwards = following[falls], inwards[falls]
-    return np.concatenate(pieces)
-
-
 def _ends_of_the_hidden(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """(H, 8) negative edges from steps (S, 6): how far the back of the foreground has moved on past the far end of what it hid.
 
@@ -214,13 +200,9 @@ def _ends_of_the_hidden(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray
     return np.column_stack([steps[ended, :2] + half, inwards[ended], *reliefs, width[ended], np.full(ended.sum(), -1.0)])
 
 
-SHIFTS = np.linspace(0.0, 2.0, 33)
-"""Where the directional sums are tabulated: tangents of the angle by which the view ray has turned; beyond, they go on linearly."""
-
-
-def shift_unit(frame: CaptureFrame) -> float:
-    """The relief step of a depth of one texel at the plane: makes a shift (texels per unit of relief) a tangent."""
-    return frame.texel_m / abs(float(frame.source[2]))
+SHIFTS = 2.0 * np.linspace(0.0, 1.0, 65) ** 2
+"""Where the directional sums are tabulated: tangents of the angle by which the view ray has turned, denser where that is small; beyond,
+they go on linearly."""
 
 
 def _directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .relief import pixel_from_clip, warp_coefficients
-from .relief_edges import SHIFTS, ReliefEdges, shift_unit
+from .relief import pixel_from_clip, shift_unit, warp_coefficients
+from .relief_edges import SHIFTS, ReliefEdges
 from .view import Camera
 
 PREDICTORS = (
@@ -231,12 +231,13 @@ def _edge_fast_px(view: _View, textures: ReliefSet) -> np.ndarray:
     across = np.concatenate([K[0] - u[:, :2] * K[2], K[1] - v[:, 2:] * K[2]], axis=1)
     across[:, 1::2] *= -1.0
     tangent = np.maximum(0.0, across * textures.unit[:, None, None])
-    place = np.minimum(tangent, SHIFTS[-1]) / SHIFTS[1]
-    cell = np.minimum(place.astype(int), len(SHIFTS) - 2)
+    within = np.minimum(tangent, SHIFTS[-1])
+    cell = np.minimum(np.sqrt(within / SHIFTS[1]).astype(int), len(SHIFTS) - 2)
+    share = (within - SHIFTS[cell]) / (SHIFTS[cell + 1] - SHIFTS[cell])
     rows = np.arange(count)[:, None, None], np.arange(4)[:, None], np.arange(mass.shape[2])
     below, above = textures.sums[*rows, cell], textures.sums[*rows, cell + 1]
     beyond = mass * np.maximum(0.0, tangent - SHIFTS[-1]) / textures.unit[:, None, None]
-    width = below + (place - cell) * (above - below) + beyond
+    width = below + share * (above - below) + beyond
     row = view.depth_row.T[:, :, None, None]
     w = np.where(view.valid[:, None, None], row[0] * u + row[1] * v + row[2] + row[3] * relief, 1.0)
     return np.maximum(0.0, (width / (w * w * w)).sum(axis=(1, 2)) * np.linalg.det(view.homography))

@@ -17,7 +17,7 @@ from ..maths.relief import CaptureFrame, depth_from_relief
 from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
 from .device import Device
 from .draw_list import DrawList
-from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels
+from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels, last_surface
 from .readback import read_texture
 
 TILE = 8
@@ -94,8 +94,10 @@ def capture(
         layers = read_texture(texels.layers)
         mask = layers[..., 0] < EMPTY
         near, far = np.abs(np.where(mask, layers[..., 0], 0.0)), np.where(mask, layers[..., 3], 0.0)
-        depth, ends = (depth_from_relief(frame.source, (-r if frame.is_perspective else r)).astype(np.float32) for r in (near, far))
-        edges = relief_edges(frame, depth, mask, ends if with_back else None, choice or EdgeChoice())
+        last = last_surface(device, draw_list, rows, frame) if with_back else far
+        away = -1.0 if frame.is_perspective else 1.0
+        depth, ends, last = (depth_from_relief(frame.source, away * r).astype(np.float32) for r in (near, far, last))
+        edges = relief_edges(frame, depth, mask, *((ends, choice or EdgeChoice(), last) if with_back else (None, choice or EdgeChoice())))
     except (SceneError, GpuError):
         texels.release()
         raise
@@ -129,4 +131,3 @@ def _texture(context: moderngl.Context, image: np.ndarray) -> moderngl.Texture:
     texture = context.texture((image.shape[1], image.shape[0]), components, np.ascontiguousarray(image).tobytes(), dtype="f4", alignment=1)
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return texture
-

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp
+from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp, shift_unit
 from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .device import Device
@@ -81,7 +81,7 @@ def draw_impostor(
         source = scratch.source
     program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE, FILL=fill, CASTER=0, **DEFINES)
     _set(program, frame, camera, warp, extent, source)
-    behind = behind_texels * _texel_of_depth(frame)
+    behind = behind_texels * shift_unit(frame)
     set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
     source.bind()
     target.use()
@@ -120,7 +120,7 @@ def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: R
         u_source_w=float(frame.source[3]) * away,
         u_deepest=_deepest(frame),
         u_corner=source.corner,
-        u_continuous=CONTINUOUS_TEXELS * _texel_of_depth(frame),
+        u_continuous=CONTINUOUS_TEXELS * shift_unit(frame),
     )
 
 
@@ -171,11 +171,6 @@ def _render(context: moderngl.Context, program: moderngl.Program, mode: int, ver
     array = context.vertex_array(program, [])
     array.render(mode, vertices=vertices)
     array.release()
-
-
-def _texel_of_depth(frame: CaptureFrame) -> float:
-    """Change of |relief| over a depth of one texel at the plane."""
-    return frame.texel_m / abs(float(frame.source[2]))
 
 
 def _deepest(frame: CaptureFrame) -> float:

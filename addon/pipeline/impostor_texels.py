@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from ..maths.relief import CaptureFrame
+from ..maths.relief import CaptureFrame, shift_unit
 from .clusters import frustum_planes
 from .device import Device
 from .draw_list import DrawList
 from .gbuffer_pass import pixel_rays
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
+from .readback import read_texture
 
 EMPTY = np.float32(1e9)
 SAMPLES = 2
@@ -70,7 +71,7 @@ def draw_texels(device: Device, draw_list: DrawList, rows: np.ndarray, frame: Ca
     context.enable_only(moderngl.NOTHING)
     front.bind("sample_")
     back.bind("back_")
-    unit = frame.texel_m / abs(float(frame.source[2]))
+    unit = shift_unit(frame)
     targets = [texels.layers, texels.normal, texels.ids, texels.back_normal, texels.back_ids]
     _gather(device, "impostor_texels.frag", targets, unit, frame)
     texels.bind()
@@ -79,6 +80,16 @@ def draw_texels(device: Device, draw_list: DrawList, rows: np.ndarray, frame: Ca
     for target in samples:
         target.release()
     return texels
+
+
+def last_surface(device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame) -> np.ndarray:
+    """(h, w) float32 |relief| of the farthest surface of the rows `rows` (I,) on the ray through each texel's middle; 0 without."""
+    farthest = _Samples(device.context, (frame.width, frame.height))
+    farthest.draw(device, draw_list, rows, frame, None, farthest=True)
+    found = read_texture(farthest.layers)[..., 0]
+    device.unbind()
+    farthest.release()
+    return found
 
 
 def _gather(device: Device, shader: str, targets: list[moderngl.Texture], unit: float, frame: CaptureFrame) -> None:
@@ -103,20 +114,23 @@ class _Samples:
         self._depth = context.depth_texture(size)
         self._framebuffer = context.framebuffer([self.layers, self.normal, self.ids], self._depth)
 
-    def clear(self) -> None:
+    def clear(self, depth: float = 1.0) -> None:
         """Nothing is seen."""
         self._framebuffer.use()
-        self._framebuffer.clear()
+        self._framebuffer.clear(depth=depth)
 
     def bind(self, prefix: str) -> None:
         """Bind the textures as `u_<prefix>layers` and so on."""
         for name in ("layers", "normal", "ids"):
             getattr(self, name).use(SAMPLER_UNITS[f"u_{prefix}{name}"])
 
-    def draw(self, device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, first: _Samples | None) -> None:
-        """Draw the nearest surface, or the nearest behind those of `first` (depth peeling)."""
+    def draw(
+        self, device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, first: _Samples | None, farthest: bool = False
+    ) -> None:
+        """Draw the nearest surface, or the nearest behind those of `first` (depth peeling), or the farthest."""
         camera = frame.camera()
-        self.clear()
+        self.clear(0.0 if farthest else 1.0)
+        device.context.depth_func = ">" if farthest else "<"
         device.context.enable_only(moderngl.DEPTH_TEST)
         defines = {"LAYER": first is not None, "PERSPECTIVE": f"{frame.is_perspective}".lower()}
         pair = [device.programs.get("gbuffer.vert", "impostor_surface.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
@@ -132,6 +146,7 @@ class _Samples:
                 u_apart=APART_TEXELS * frame.texel_m,
             )
         draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True, rows=rows)
+        device.context.depth_func = "<"
 
     def release(self) -> None:
         """Free the targets."""

@@ -25,6 +25,18 @@ class Solids:
 
     def cast(self, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(entry, exit) parameters (n,) of the nearest solid along `origins + t·rays`, infinite without one; the exit is its own."""
+        enter, leave = self._passages(origins, rays)
+        nearest, columns = enter.argmin(axis=0), np.arange(len(rays))
+        entry = enter[nearest, columns]
+        return entry, np.where(np.isfinite(entry), leave[nearest, columns], np.inf)
+
+    def last(self, origins: np.ndarray, rays: np.ndarray) -> np.ndarray:
+        """Parameter (n,) at which the ray leaves the last solid, −inf without one."""
+        enter, leave = self._passages(origins, rays)
+        return np.where(np.isfinite(enter), leave, -np.inf).max(axis=0)
+
+    def _passages(self, origins: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(solids, n) parameters of entry (infinite where a solid is missed) and exit."""
         enter, leave = [], []
         safe = np.where(np.abs(rays) < 1e-12, 1e-12, rays)
         for low, high in self.boxes:
@@ -39,11 +51,7 @@ class Solids:
             enter.append(np.where(hit, (-qb - root) / qa, np.inf))
             leave.append(np.where(hit, (-qb + root) / qa, -np.inf))
         enter, leave = np.array(enter), np.array(leave)
-        enter = np.where((enter < leave) & (enter > 0.0), enter, np.inf)
-        nearest = enter.argmin(axis=0)
-        columns = np.arange(len(rays))
-        entry = enter[nearest, columns]
-        return entry, np.where(np.isfinite(entry), leave[nearest, columns], np.inf)
+        return np.where((enter < leave) & (enter > 0.0), enter, np.inf), np.array(leave)
 
 
 def machine(rng: np.random.Generator, parts: int = 6) -> Solids:
@@ -77,19 +85,22 @@ class Capture:
     camera: Camera
     depth: np.ndarray
     back: np.ndarray
+    last: np.ndarray
     mask: np.ndarray
 
 
 def capture(solids: Solids, camera: Camera, size: tuple[int, int], choice: CaptureChoice | None = None) -> Capture:
-    """What the camera captures of the solids: depth and back in metres behind the plane, mask."""
+    """What the camera captures of the solids: depth, back and last surface in metres behind the plane, mask."""
     frame = capture_frame(solids.hull, camera, size, choice or CaptureChoice())
     own = frame.camera()
     origins, rays = pixel_rays(own, (frame.width, frame.height))
-    entry, leave = solids.cast(origins - rays * 1e3 * (not frame.is_perspective), rays)
+    start = origins - rays * 1e3 * (not frame.is_perspective)
+    entry, leave = solids.cast(start, rays)
+    last = solids.last(start, rays)
     plane = (frame.source[2] * -1.0) if frame.is_perspective else 1e3
     shape = (frame.height, frame.width)
     mask = np.isfinite(entry).reshape(shape)
-    return Capture(frame, camera, (entry - plane).reshape(shape), (leave - plane).reshape(shape), mask)
+    return Capture(frame, camera, *((t - plane).reshape(shape) for t in (entry, leave, last)), mask)
 
 
 def unseen_pixels(solids: Solids, seen: Capture, camera: Camera, size: tuple[int, int]) -> np.ndarray:

@@ -16,6 +16,7 @@ from addon.maths.relief import (
 from addon.maths.relief_edges import EdgeChoice, relief_edges
 from addon.maths.relief_error import PREDICTORS, edge_openings_px, predict, predict_one, relief_set
 from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief_outline import hull_pieces
 from tests.maths.relief_rigs import IMAGE, capture_of, corners, hull_of, look_at, ortho_at, random_eye
 from tests.maths.relief_scenes import Solids, capture, machine, orbit, unseen_pixels
 
@@ -197,7 +198,7 @@ def test_the_edge_sum_ranks_the_unseen_pixels_and_bounds_them():
         solids, table = machine(rng), []
         middle = solids.hull.mean(axis=0)
         seen = capture(solids, orbit(middle, 12.0, 0.3, zoom=2.5), size)
-        edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
+        edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back, last_m=seen.last)
         for _ in range(20):
             distance = rng.uniform(5, 20)
             camera = orbit(middle, distance, 0.3 + rng.uniform(-0.6, 0.6), 0.2 + rng.uniform(-0.3, 0.3), zoom=distance / 4.8)
@@ -247,6 +248,67 @@ def test_a_smooth_slope_has_no_depth_edges_and_a_step_on_it_has_one_per_row():
     assert len(steps) == frame.height
     np.testing.assert_array_equal(steps[:, 0], 40.0)
     np.testing.assert_array_equal(steps[:, 2], -1.0)
+
+
+def _hollow(side: float, depth: float, wall: float) -> Solids:
+    """Four thin walls round an empty shaft that opens sideways: a wheel's rim, roughly, seen edge-on."""
+    low, high = np.array([-side, -depth, -depth]), np.array([side, depth, depth])
+    boxes = []
+    for axis in (1, 2):
+        for towards in (-1, 1):
+            box = np.stack([low, high])
+            box[:, axis] = sorted((towards * depth, towards * (depth - wall)))
+            boxes.append(box)
+    return Solids(np.array(boxes), np.empty((0, 4)))
+
+
+@pytest.mark.parametrize("perspective", [False, True])
+@pytest.mark.parametrize(
+    "solids",
+    [
+        _hollow(0.15, 0.9, 0.05),
+        Solids(np.array([[[-0.1, -0.9, -0.7], [0.1, 0.9, 0.7]]]), np.empty((0, 4))),
+        Solids(np.empty((0, 2, 3)), np.array([[0.0, 0.0, 0.0, 0.9]])),
+    ],
+    ids=["hollow", "slab", "ball"],
+)
+def test_a_face_that_turns_up_from_behind_the_outline_is_counted(solids, perspective):
+    """What no texel of the capture holds and no texel lies before: predicted from the last surfaces, counted by casting rays."""
+    size = (200, 200)
+    seen = capture(solids, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.5), size, CaptureChoice(perspective=perspective))
+    edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back, last_m=seen.last)
+    for angle, elevation in ((0.1, 0.0), (-0.25, 0.0), (0.4, 0.1)):
+        camera = orbit([0, 0, 0], 9.0, angle, elevation, zoom=2.5)
+        truth = int(unseen_pixels(solids, seen, camera, size).sum())
+        found = predict_one(edges, camera, size)
+        assert found["edge_sum_px"] == pytest.approx(truth, rel=0.2, abs=0.02 * seen.mask.sum())
+        assert found["edge_fast_px"] == pytest.approx(found["edge_sum_px"], rel=0.15, abs=30)
+
+
+def test_what_is_hollow_turns_up_as_far_as_its_last_surface_and_not_its_first_back():
+    rim, size = _hollow(0.15, 0.9, 0.05), (200, 200)
+    seen = capture(rim, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.5), size)
+    camera = orbit([0, 0, 0], 9.0, 0.25, 0.0, zoom=2.5)
+    last, first = (
+        predict_one(relief_edges(seen.frame, seen.depth, seen.mask, seen.back, last_m=m), camera, size)["edge_sum_px"]
+        for m in (seen.last, None)
+    )
+    assert last > 5.0 * first > 0.0
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60)
+def test_the_hulls_pieces_open_as_far_as_the_farthest_of_all_that_lies_behind(seed):
+    """Σ max(0, y·ΔL − Δx) over the pieces = max over x of y·(L(x) − L(0)) − x, for every turn y up to 45°."""
+    rng = np.random.default_rng(seed)
+    deep = np.cumsum(rng.choice([0.0, 0.0, 1.0, 5.0, -3.0], (7, 30)), axis=1)
+    deep[:, 1:][rng.random((7, 29)) < 0.1] = -np.inf
+    pieces = hull_pieces(deep, np.arange(30.0))
+    for y in rng.uniform(0.0, 1.0, 5):
+        opens = np.zeros(7)
+        line, begin, end = pieces.T
+        np.add.at(opens, line, np.maximum(0.0, y * (deep[line, end] - deep[line, begin]) - (end - begin)))
+        np.testing.assert_allclose(opens, (y * (deep - deep[:, :1]) - np.arange(30)).max(axis=1), atol=1e-9)
 
 
 def test_a_rod_uncovers_no_more_than_its_own_width_and_side():
