@@ -117,7 +117,7 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "impostor_casters",
         GROUP,
         "casters",
-        "Shadows Cast By",
+        "Shadows From",
         "What casts the shadows of objects that are drawn as impostors",
         IMPOSTOR_CASTERS,
         IMPOSTOR_CASTER_WORDS,

@@ -41,7 +41,7 @@ class CAD_SHADOW_preferences(bpy.types.AddonPreferences):
         update=_changed,
     )
     memory_mib: bpy.props.IntProperty(
-        name="Memory Limit",
+        name="Memory Limit (MiB)",
         description="MiB of graphics memory for the maps and images of one picture (0: no limit). "
         "A picture that needs more is refused with a message instead of slowing down or crashing the driver",
         min=0,

@@ -183,7 +183,7 @@ class CAD_SHADOW_OT_apply_advice(bpy.types.Operator):
     """Write the proposed warp, partition, fit and map size into the scene's settings"""
 
     bl_idname = "cad_shadow.apply_advice"
-    bl_label = "Apply"
+    bl_label = "Apply Advice"
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from bpy_extras.io_utils import ImportHelper
+from mathutils import Matrix
 
 from .. import cad_files
 from ..cad_files.sniff import SUFFIXES
@@ -58,9 +59,15 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
             *((axis, axis, f"{axis} of the file points up") for axis in UPS),
         ],
     )
+    replaces_cube: bpy.props.BoolProperty(
+        name="Remove Start-up Cube",
+        description="The untouched cube that Blender begins a new file with: it would stand in the middle of the model",
+        options={"SKIP_SAVE"},
+    )
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        """The file browser; for dropped files only the options."""
+        """The file browser; for dropped files only the options. Offers to remove the start-up cube where there is one."""
+        self.replaces_cube = startup_cube(context.scene) is not None
         return self.invoke_popup(context) if self.directory and self.files else ImportHelper.invoke(self, context, event)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -81,6 +88,9 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
             progress.progress_end()
         if not made:
             return {"CANCELLED"}
+        cube = startup_cube(context.scene) if self.replaces_cube else None
+        if cube is not None:
+            bpy.data.objects.remove(cube)
         _select(context, made)
         _show(context, [model.bounds() for model in models])
         self.report({"INFO"}, "Imported " + "; ".join(_summary(m) for m in models))
@@ -99,6 +109,18 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
         for warning in model.warnings:
             self.report({"WARNING"}, warning)
         return [model]
+
+
+def startup_cube(scene: bpy.types.Scene) -> bpy.types.Object | None:
+    """The cube that Blender begins a new file with, if nobody has touched it: unsaved file, where it was, as it was."""
+    cube = None if bpy.data.filepath else scene.objects.get("Cube")
+    if cube is None or cube.type != "MESH" or len(cube.data.vertices) != 8 or cube.data.users > 1 or cube.children:
+        return None
+    corners = np.empty(24, np.float32)
+    cube.data.vertices.foreach_get("co", corners)
+    is_bare = cube.parent is None and not cube.modifiers and not cube.constraints and cube.animation_data is None
+    is_there = is_bare and cube.matrix_basis == Matrix.Identity(4) and len(np.unique(corners.reshape(8, 3), axis=0)) == 8
+    return cube if is_there and (np.abs(corners) == 1.0).all() else None
 
 
 def _select(context: bpy.types.Context, collections: list[bpy.types.Collection]) -> None:

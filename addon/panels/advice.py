@@ -51,6 +51,7 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
         layout, advice = self.layout, session.last_advice()
         layout.operator("cad_shadow.advise", icon="LIGHT_DATA")
         if advice is None:
+            paragraph(layout, context, "Tries warps, partitions, fits and map sizes on this view and proposes the best", "INFO")
             return
         proposal = advice["proposal"]
         if proposal is not None:
@@ -58,7 +59,7 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
             then, now = proposal["rendered"], advice["current"]["rendered"]
             layout.label(text=f"m 95 %: {number(then['m_p95'])}, now {number(now['m_p95'])}", icon="BLANK1")
             layout.label(text=f"A picture takes {duration(then['total_ms'])}", icon="BLANK1")
-            layout.operator("cad_shadow.apply_advice", icon="IMPORT")
+            layout.operator("cad_shadow.apply_advice", text="Apply", icon="IMPORT")
         for note in advice["notes"]:
             paragraph(layout, context, note, "INFO")
         box = layout.box().column()

@@ -53,6 +53,32 @@ def _partition(layout: bpy.types.UILayout, part: dict[str, object]) -> None:
     _row(box, "S", number(part["storage_factor"]))
 
 
+MEANINGS = (
+    "m: picture pixels that one texel of the shadow map covers. 1 is ideal; above 1 edges look jagged, below 1 texels are wasted. "
+    "In brackets the part that warps and partitions treat, without the slope of the surface",
+    "γ: angle between light and view. Below γ_lim warps fade",
+    "n': how far before its near plane a map's warp has its apex: the nearer, the stronger. η says the same: −1 is no warp, 1 that of PSM",
+    "M_x, M_z: the largest m that theory predicts for the map, across and along the view. S is their product: texels needed per pixel",
+    "Wrong, acne, leaks: pixels in shadow or light against ray tracing",
+)
+
+
+class CAD_SHADOW_PT_sidebar_quality_words(bpy.types.Panel):
+    """What the numbers of the panel Quality mean."""
+
+    bl_label = "What the Numbers Mean"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = TAB
+    bl_parent_id = "CAD_SHADOW_PT_sidebar_quality"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """One paragraph each."""
+        for meaning in MEANINGS:
+            paragraph(self.layout, context, meaning)
+
+
 class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
     """What the last preview or analysis found; the number in brackets is the perspective part alone, which warps and partitions treat."""
 
@@ -66,7 +92,7 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
         """List the last report."""
         layout, outcome = self.layout, session.last()
         if outcome is None:
-            layout.label(text="Press Preview or Analyse", icon="INFO")
+            paragraph(layout, context, "Press CAD Shadow Preview or Analyse: the numbers of its shadows are listed here", "INFO")
             return
         layout.prop(context.window_manager, "cad_shadow_graph", icon="FCURVE", toggle=True)
         report = outcome.report
@@ -86,10 +112,12 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
 
 
 def register() -> None:
-    """Show the panel."""
+    """Show the panels."""
     bpy.utils.register_class(CAD_SHADOW_PT_sidebar_quality)
+    bpy.utils.register_class(CAD_SHADOW_PT_sidebar_quality_words)
 
 
 def unregister() -> None:
-    """Remove the panel."""
+    """Remove the panels."""
+    bpy.utils.unregister_class(CAD_SHADOW_PT_sidebar_quality_words)
     bpy.utils.unregister_class(CAD_SHADOW_PT_sidebar_quality)

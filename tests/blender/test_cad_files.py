@@ -364,6 +364,23 @@ def test_the_operator_takes_units_and_a_single_path(tmp_path, blend):
     assert np.allclose(blend.context.object.dimensions, (0.002, 0.004, 0.006))
 
 
+@pytest.mark.parametrize("touched", ["", "moved", "edited", "modified", "followed", "kept"])
+def test_the_start_up_cube_goes_only_while_nobody_has_touched_it(tmp_path, blend, touched):
+    blend.ops.wm.read_homefile(use_factory_startup=True)
+    cube = blend.context.scene.objects["Cube"]
+    if touched == "moved":
+        cube.location.z = 1.0
+    elif touched == "edited":
+        cube.data.vertices[0].co.x = -2.0
+    elif touched == "modified":
+        cube.modifiers.new("array", "ARRAY")
+    elif touched == "followed":
+        blend.context.scene.objects["Light"].parent = cube
+    path = write(tmp_path / "good.obj", CUBE_OBJ + FACES.format(""))
+    assert blend.ops.cad_shadow.import_cad(filepath=str(path), replaces_cube=touched != "kept") == {"FINISHED"}
+    assert ("Cube" in blend.data.objects) == bool(touched)
+
+
 def test_dropping_a_cad_file_is_offered(blend):
     handler = blend.types.FileHandler.bl_rna_get_subclass_py("CAD_SHADOW_FH_import_cad")
     assert handler.bl_import_operator == "cad_shadow.import_cad" and set(handler.bl_file_extensions.split(";")) == set(cad_files.SUFFIXES)

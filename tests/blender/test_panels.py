@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import re
 
 import pytest
 
@@ -119,12 +120,16 @@ def test_quality_lists_the_last_report(cube_scene, blend, room):
     panel = Panel()
     panel.layout = Layout(blend)
     quality.CAD_SHADOW_PT_sidebar_quality.draw(panel, blend.context)
-    assert "Press Preview or Analyse" in panel.layout.texts
+    assert "Press CAD Shadow Preview" in " ".join(panel.layout.texts)
     assert blend.ops.cad_shadow.analyse() == {"FINISHED"}
     panel.layout = Layout(blend)
     quality.CAD_SHADOW_PT_sidebar_quality.draw(panel, blend.context)
     assert {"γ", "γ_lim", "n'", "η", "M_x, M_z", "S", "Median", "Largest"} <= set(panel.layout.texts)
     assert sum(text.startswith("Map ") for text in panel.layout.texts) == len(room("session").last().report["partitions"])
+    listed, panel.layout = panel.layout.texts, Layout(blend)
+    quality.CAD_SHADOW_PT_sidebar_quality_words.draw(panel, blend.context)
+    symbols = re.compile(r"γ_lim|γ|n'|η|M_x|M_z|\bS\b")
+    assert set(symbols.findall(" ".join(listed))) <= set(symbols.findall(" ".join(panel.layout.texts)))
 
 
 def test_blenders_own_panels_know_the_engine_and_forget_it(room, blend):

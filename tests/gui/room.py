@@ -21,7 +21,7 @@ def addon(name: str):
 def own_panels() -> list[type]:
     """The tab's panels, sub-panels too, as registered."""
     panels = [cls for cls in bpy.types.Panel.__subclasses__() if getattr(cls, "bl_category", "") == TAB and "bl_rna" in vars(cls)]
-    return sorted(panels, key=lambda cls: cls.bl_order)
+    return sorted(panels, key=lambda cls: getattr(cls, "bl_order", 0))
 
 
 def top_panels() -> list[type]:
@@ -61,6 +61,18 @@ def fresh_tab() -> Generator:
     bpy.ops.wm.read_homefile(app_template="")
     yield 1
     yield from open_tab()
+
+
+def plant() -> None:
+    """The example deck in place of the start-up objects, framed by the viewport."""
+    scene = bpy.context.scene
+    for name in ("Cube", "Light", "Camera"):
+        bpy.data.objects.remove(scene.objects[name])
+    addon("cad_import").to_blender(addon("platform_deck").build(20_000), scene.collection)
+    view().spaces.active.overlay.show_relationship_lines = False
+    with here():
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.ops.view3d.view_all()
 
 
 def remember() -> object:

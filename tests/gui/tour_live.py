@@ -6,24 +6,18 @@ from collections.abc import Generator
 import bpy
 import numpy as np
 from harness import OUT, changed_share, click, colours, hover, picture, point, press, region, settle, step, until, view, window, xdotool
-from room import ENGINE, MODULE, addon, canvas, fresh_tab, header, here, wait_for_picture
+from room import ENGINE, MODULE, addon, canvas, fresh_tab, header, here, plant, wait_for_picture
 
 
 @step
 def a_plant_is_shown_with_its_shadows_and_its_error() -> Generator:
     """Rendered shading shows the example deck with shadows, and its error as a heat map."""
     yield from fresh_tab()
+    plant()
     scene = bpy.context.scene
-    for name in ("Cube", "Light", "Camera"):
-        bpy.data.objects.remove(scene.objects[name])
-    addon("cad_import").to_blender(addon("platform_deck").build(20_000), scene.collection)
     scene.render.engine = ENGINE
     assert scene.view_settings.view_transform == "AgX"  # Blender's default, which must not touch data
-    with here():
-        bpy.ops.object.select_all(action="DESELECT")
-        bpy.ops.view3d.view_all()
     view().spaces.active.shading.type = "RENDERED"
-    view().spaces.active.overlay.show_relationship_lines = False
     yield from click(*header(0))
     yield from wait_for_picture()
     shaded = picture("deck_rendered")
@@ -95,9 +89,18 @@ def the_error_is_drawn_as_a_graph() -> Generator:
 
 
 @step
+def what_the_light_sees_is_a_picture() -> Generator:
+    """Light's View opens a picture of the plant as the light sees it, in the colours of its maps."""
+    view().spaces.active.shading.type = "SOLID"
+    with here():
+        assert bpy.ops.cad_shadow.light_view("EXEC_DEFAULT") == {"FINISHED"}
+    yield from settle(0.6)
+    assert colours(picture("light_view")) > 300
+
+
+@step
 def the_overlay_shows_where_the_maps_lie() -> Generator:
     """After an analysis, Overlay draws the splits and the maps in the viewport, seen from elsewhere; Off takes them away."""
-    yield from fresh_tab()
     manager = bpy.context.window_manager
     with here():
         bpy.ops.cad_shadow.analyse("EXEC_DEFAULT")
@@ -112,6 +115,7 @@ def the_overlay_shows_where_the_maps_lie() -> Generator:
         yield from settle(0.6)
         shown[what] = picture("overlay_" + what.lower(), canvas())
         assert changed_share(shown[what], bare) > 0.001, f"{what} shows nothing"
+    picture("overlays_both")
     assert changed_share(shown["BOTH"], shown["SPLITS"]) > 0.0005, "the maps are missing in Both"
     manager.cad_shadow_overlay = "OFF"
     yield from settle(0.6)

@@ -8,7 +8,6 @@ from harness import (
     box_of,
     changed_share,
     click,
-    close_extra_windows,
     colours,
     hover,
     picture,
@@ -78,7 +77,7 @@ def the_preview_button_makes_a_picture() -> Generator:
 
 @step
 def advice_works_while_the_window_lives() -> Generator:
-    """Advise searches bit by bit, the panel shows the table, Apply writes the settings; Light's View opens its picture."""
+    """Advise searches beside the window, the panel shows the table, Apply writes the settings."""
     yield from fresh_tab()
     props = bpy.context.scene.cad_shadow
     props.map_size = 128
@@ -91,11 +90,6 @@ def advice_works_while_the_window_lives() -> Generator:
     bpy.ops.cad_shadow.apply_advice()
     assert props.map_size == addon("session").last_advice()["proposal"]["map_size"]
     yield from click(*header_of("advice"))
-    with here():
-        bpy.ops.cad_shadow.light_view("EXEC_DEFAULT")
-    yield from settle(0.6)
-    picture("light_view")
-    yield from close_extra_windows()
 
 
 @step

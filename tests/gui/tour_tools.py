@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from harness import OUT, changed_share, click, colours, hover, picture, press, region, settle, step, until, view, window, xdotool
-from room import BUTTON_PX, ENGINE, MODULE, addon, canvas, fresh_tab, header, here, wait_for_picture
+from room import BUTTON_PX, ENGINE, MODULE, addon, canvas, fresh_tab, header, here, plant, wait_for_picture
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
@@ -15,6 +15,7 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 def the_sun_is_placed_studied_and_animated() -> Generator:
     """Place Sun turns a sun to the place and time, Sun Study opens a sheet of the day, Animate Sun sets keyframes; undo takes them back."""
     yield from fresh_tab()
+    plant()
     scene, props = bpy.context.scene, bpy.context.scene.cad_shadow
     props.sun.steps, props.map_size, props.samples = 6, 512, "1"
     scene.frame_end = 10
@@ -71,11 +72,13 @@ def presets_set_the_method() -> Generator:
 def search_finds_what_the_extension_can_do() -> Generator:
     """F3 finds the extension's commands by name; each has a tooltip."""
     yield from fresh_tab()
-    bare = picture("search", canvas())
-    yield from press("F3")
+    r = region("WINDOW")
+    box = (r.x + 120, r.y + r.height // 3, 640, r.height // 2)
+    bare = picture("search", box)
+    yield from press("F3", box[0] + box[2] / 2, box[1] + 0.9 * box[3])
     yield from xdotool("type", "--delay", "60", "cad shadow")
     yield from settle(0.6)
-    assert changed_share(picture("search", canvas()), bare) > 0.02, "the search shows nothing"
+    assert changed_share(picture("search", box), bare) > 0.1, "the search shows nothing"
     yield from press("Escape")
     yield from press("Escape")
     for name in dir(bpy.ops.cad_shadow):
@@ -116,7 +119,8 @@ def a_cad_file_comes_in() -> Generator:
     good.write_text(TETRAHEDRON)
     bad.write_bytes(b"nothing of the kind")
     with here():
-        assert bpy.ops.cad_shadow.import_cad("EXEC_DEFAULT", True, filepath=str(good), units="cm") == {"FINISHED"}
+        assert bpy.ops.cad_shadow.import_cad("EXEC_DEFAULT", True, filepath=str(good), units="cm", replaces_cube=True) == {"FINISHED"}
+    assert "Cube" not in bpy.data.objects
     assert [ob.type for ob in bpy.context.selected_objects] == ["MESH"]
     assert np.isclose(max(bpy.context.object.dimensions), 0.01)
     yield from until(lambda: view().spaces.active.region_3d.view_distance < 0.1, "the viewport to move to the part")
@@ -162,6 +166,8 @@ def preferences_are_shown_and_used() -> Generator:
 def show_preferences() -> Generator:
     """The extension's page in Blender's preferences, as a picture."""
     manager = bpy.context.window_manager
+    r = region("WINDOW")
+    yield from hover(r.x + r.width / 2, r.y + r.height / 2)  # where the new window goes, there being no window manager
     with here():
         bpy.ops.screen.userpref_show("INVOKE_DEFAULT")
     yield from until(lambda: len(manager.windows) == 2, "the preferences' window")
@@ -169,8 +175,10 @@ def show_preferences() -> Generator:
     manager.addon_search = "CAD Shadow"
     with bpy.context.temp_override(window=manager.windows[-1]):
         bpy.ops.preferences.addon_expand(module=MODULE)
-    yield from settle(0.6)
-    assert colours(picture("preferences")) > 100
+    yield from xdotool("search", "--name", "Preferences", "windowmove", 300, 250)
+    yield from settle(0.8)
+    extra = manager.windows[-1]
+    assert colours(picture("preferences", (300, window().height - 250 - extra.height, extra.width, extra.height))) > 100
     bpy.context.preferences.active_section = "INTERFACE"
     manager.addon_search = ""
     assert window() == manager.windows[0]
