@@ -169,9 +169,15 @@ def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along:
 def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: LightSpace, sight: Sight) -> list[np.ndarray]:
     """The two sides, (1, 4) each, of a map's middle line s = 0, relative to the eye; the first is that of the camera's left.
 
-    Towards γ = 0, where that line turns round with the light, it turns to stand upright in the picture, through the receivers' middle.
+    A slice of the whole frustum has the eye in it: there the corner that s = 0 depends on changes fast, and the line goes through the eye
+    and the middle of the slice's far end instead (the orbit of tests/pipeline/test_orbit.py: 1.10 × a degree instead of 1.66).
+    Towards γ = 0, where the line turns round with the light, it turns to stand upright in the picture, through the receivers' middle.
     """
     plane = clip_from_world[0] @ translation(sight.camera.eye_ws)
+    if sight.fit.kind == "frustum" and receivers is not None:
+        x, _, z = receivers.rows
+        far_end = np.array([0.5 * (float(x.min()) + float(x.max())), 0.0, float(z.max())])
+        plane = np.append(np.cross([0.0, 1.0, 0.0], far_end) @ space.from_eye[:3, :3], 0.0)
     plane = plane / np.linalg.norm(plane[:3])
     right = sight.camera.view_from_world[0, :3] + 1e-6 * sight.camera.view_from_world[1, :3]
     plane = plane if plane[:3] @ right >= 0.0 else -plane

@@ -37,12 +37,12 @@ def scene():
     return scenes.scene_of(scenes.floor(20.0), *(scenes.box(*corners) for corners in boxes))
 
 
-def sizes_at(scene, angle_deg, warp, fit, **partition):
+def sizes_at(scene, angle_deg, warp, fit, sun=SUN, **partition):
     """(K, 3) texel sizes of the default partitioning, or another, at one place of the orbit."""
     s = Settings().replaced(warp={"kind": warp}, fit={"kind": fit, "size": MAP}, partition=partition)
-    plan = plan_shadows(camera_at(angle_deg), SUN, s.warp, s.partition, s.fit, receivers_ws=None, scene_bounds_ws=scene.bounds_ws(),
+    plan = plan_shadows(camera_at(angle_deg), sun, s.warp, s.partition, s.fit, receivers_ws=None, scene_bounds_ws=scene.bounds_ws(),
                         caster_bounds_ws=scene.instance_bounds_ws(), image_size=SIZE)
-    sizes = texel_sizes(plan, SUN, MAP)
+    sizes = texel_sizes(plan, sun, MAP)
     return sizes[~np.isnan(sizes[:, 0])]
 
 
@@ -56,6 +56,19 @@ def test_one_degree_never_changes_a_texel_by_a_quarter_in_the_default_warp_and_p
     last = sizes_at(scene, -STEP_DEG, "lispsm-general", "scene")
     for angle in np.arange(0.0, 360.0, STEP_DEG):
         sizes = sizes_at(scene, angle, "lispsm-general", "scene")
+        assert jump(last, sizes) < LARGEST_JUMP, f"at {angle}°"
+        last = sizes
+
+
+@pytest.mark.parametrize("fit", ["frustum", "scene"])
+@pytest.mark.parametrize("elevation_deg", [-3.0, 1.5, 8.0, 20.0])
+def test_nor_with_a_sun_that_passes_beside_the_axis(scene, elevation_deg, fit):
+    """There the line between halves turns; past 30° it is the map's own again."""
+    e = np.radians(elevation_deg)
+    sun = Light("sun", np.cos(e) * SUN.direction_ws + [0.0, 0.0, np.sin(e)])
+    last = sizes_at(scene, 0.0, "lispsm-general", fit, sun)
+    for angle in np.arange(STEP_DEG, 32.0, STEP_DEG):
+        sizes = sizes_at(scene, angle, "lispsm-general", fit, sun)
         assert jump(last, sizes) < LARGEST_JUMP, f"at {angle}°"
         last = sizes
 
