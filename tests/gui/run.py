@@ -25,8 +25,10 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
 SIZE = (1600, 1200)
-LIMIT_S = {"tour": 1500, "stress": 3000}
-HANG_S = {"tour": 300, "stress": 600}  # Blender alone may take minutes for the first drawing of a million triangles
+LIMIT_S = {"tour": 1500, "stress": 3000, "held": 3000, "newcomer": 900}
+# Blender alone may take minutes for the first drawing of a million triangles.
+HANG_S = {"tour": 300, "stress": 600, "held": 600, "newcomer": 300}
+PLANT_TRIANGLES = 100_000
 SETUP_LIMIT_S, TIMED_OUT = 900, 124
 NO_WINDOW_HERE = 75  # EX_TEMPFAIL: neither passed nor failed
 MODULE = "bl_ext.user_default.cad_shadow_preview"
@@ -102,6 +104,15 @@ def install(chroot: Chroot, package: Path) -> None:
     chroot.run("blender", "-b", "--python-exit-code", "3", "--python-expr", PREFERENCES)
 
 
+def leave_uninstalled(chroot: Chroot, package: Path) -> None:
+    """For the newcomer: the zip and a CAD file at hand, nothing installed, no preferences."""
+    sys.path.insert(0, str(ROOT))
+    from sample import write_plant
+
+    shutil.copy2(package, chroot.work / "out")
+    write_plant(chroot.work / "out" / "plant.glb", PLANT_TRIANGLES)
+
+
 def note_memory(process: subprocess.Popen, path: Path) -> None:
     """Write the resident bytes of a process to a file, again and again while it lives: the chroot has no /proc to look them up."""
     while process.poll() is None:
@@ -113,11 +124,11 @@ def note_memory(process: subprocess.Popen, path: Path) -> None:
 
 
 def drive(chroot: Chroot, script: str, steps: list[str], size: tuple[int, int]) -> tuple[int | None, str]:
-    """Blender with its window through tour.py or stress.py: its exit code (None when it had to be ended) and its log."""
+    """Blender with its window through tour.py or another of the scripts: its exit code (None when it had to be ended) and its log."""
     for path in HERE.glob("*.py"):
         shutil.copy2(path, chroot.work / path.name)
     log = chroot.work / "out" / "blender.log"
-    chroot.environment["HANG_S"] = str(HANG_S[script])
+    chroot.environment |= {"HANG_S": str(HANG_S[script]), "STARTED": str(time.time())}
     command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, size), "--no-window-focus",
                "--python", chroot.inside(chroot.work / f"{script}.py"), "--", *steps]
     with log.open("w") as file:
@@ -160,7 +171,7 @@ def set_up(root: Path, suite: str) -> bool:
 def main() -> int:
     """The command line."""
     parser = argparse.ArgumentParser(prog="./dev gui-test", description="The extension in a real Blender window.")
-    parser.add_argument("steps", nargs="*", help="only these steps of tests/gui/tour.py (default: all); 'stress': tests/gui/stress.py")
+    parser.add_argument("steps", nargs="*", help="only these steps of the tour (default: all); or 'stress', 'held', 'newcomer'")
     parser.add_argument("--suite", default="trixie", choices=["trixie", "sid"], help="the Debian whose Blender is used (default: trixie)")
     parser.add_argument("--size", type=lambda text: tuple(map(int, text.split("x"))), default=SIZE, help="the window's, default 1600x1200")
     options = parser.parse_args()
@@ -171,9 +182,10 @@ def main() -> int:
     started, output = time.monotonic(), ROOT / "build" / "gui"
     with tempfile.TemporaryDirectory(prefix="gui-test-", dir=root) as folder:
         chroot = Chroot(root, Path(folder))
-        install(chroot, build_package(Path(folder, "home")))
+        named = options.steps[:1] and options.steps[0] in LIMIT_S
+        script, steps = (options.steps[0], options.steps[1:]) if named else ("tour", options.steps)
+        (leave_uninstalled if script == "newcomer" else install)(chroot, build_package(Path(folder, "home")))
         with screen(chroot, options.size):
-            script, steps = ("stress", options.steps[1:]) if options.steps[:1] == ["stress"] else ("tour", options.steps)
             code, log = drive(chroot, script, steps, options.size)
         folder = chroot.work / "out" / "faces"
         has_f12 = code == 0 and (folder / "f12.exr").is_file()

@@ -9,11 +9,10 @@ import importlib
 import sys
 import threading
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import OUT, close_extra_windows, region, results, run, settle, step, until, view, window  # noqa: E402 - see above
@@ -23,7 +22,6 @@ ENGINE = "CAD_SHADOW_PREVIEW"
 KINDS = ("Texture", "Buffer", "Framebuffer", "Program", "Shader", "VertexArray", "Renderbuffer")
 MOST_GL_NAMES = 4000
 PREVIEWS, REGISTRATIONS, FILES, UNDOS = 200, 100, 50, 50
-FRAMES = 40
 SHOWN_EVERY = 5
 
 
@@ -141,118 +139,6 @@ def long_use_leaks_nothing() -> Generator:
     results["numbers"] = {"counts": counts, "before": before, "after": after}
     assert {k: v for k, v in after.items() if k != "memory MiB"} == {k: v for k, v in before.items() if k != "memory MiB"}
     assert after["memory MiB"] < 1.05 * before["memory MiB"]
-
-
-class Times:
-    """Wraps functions of the main thread and notes how long each call takes, in milliseconds."""
-
-    def __init__(self, *places: tuple[object, str]) -> None:
-        self.ms: dict[str, list[float]] = {}
-        self._undo = [(owner, name, getattr(owner, name)) for owner, name in places]
-        for owner, name, function in self._undo:
-            setattr(owner, name, self._timed(name, function))
-
-    def _timed(self, name: str, function: Callable) -> Callable:
-        listed = self.ms.setdefault(name, [])
-
-        def timed(*arguments, **options):
-            start = time.perf_counter()
-            try:
-                return function(*arguments, **options)
-            finally:
-                listed.append(1e3 * (time.perf_counter() - start))
-
-        return timed
-
-    def stop(self) -> dict[str, dict[str, float]]:
-        """Put the functions back; calls, median, 99 % and largest."""
-        for owner, name, function in self._undo:
-            setattr(owner, name, function)
-        return {name: spread(listed) for name, listed in self.ms.items() if listed}
-
-
-def spread(ms: list[float]) -> dict[str, float]:
-    """Calls, median, 99 %, largest."""
-    median, p99, most = (round(float(np.quantile(ms, share)), 1) for share in (0.5, 0.99, 1.0))
-    return {"calls": len(ms), "median": median, "p99": p99, "max": most}
-
-
-class Ticks:
-    """A timer of Blender's every 10 ms; the times between its calls, in milliseconds: how long the window's events waited."""
-
-    def __init__(self) -> None:
-        self.gaps: list[float] = []
-        self._last = time.perf_counter()
-        self._registered = self._tick  # a bound method is a new object each time
-        bpy.app.timers.register(self._registered, first_interval=0.01)
-
-    def _tick(self) -> float:
-        now = time.perf_counter()
-        self.gaps.append(1e3 * (now - self._last))
-        self._last = now
-        return 0.01
-
-    def stop(self) -> dict[str, float]:
-        """End it; the spread of the times."""
-        bpy.app.timers.unregister(self._registered)
-        return spread(self.gaps)
-
-
-def orbit() -> Generator:
-    """Turn the view step by step; the times between events are the return value."""
-    ticks = Ticks()
-    for _ in range(FRAMES):
-        with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
-            bpy.ops.view3d.view_orbit(angle=0.02, type="ORBITRIGHT")
-        view().tag_redraw()
-        yield 0.02
-    return ticks.stop()
-
-
-def drag(name: str) -> Generator:
-    """Move an object step by step; the times between events are the return value."""
-    ticks = Ticks()
-    for i in range(FRAMES // 2):
-        bpy.context.scene.objects[name].location.z += 0.01 if i % 2 else -0.01
-        yield 0.02
-    return ticks.stop()
-
-
-def is_fine() -> bool:
-    """The live view shows the full picture of the present view."""
-    return any(live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in addon("viewport")._views)
-
-
-@step
-def how_long_the_window_is_held_up() -> Generator:
-    """While a deck is shown, orbited and edited, how long the window's events wait is written down, beside Blender's own Solid shading."""
-    viewport, reader, hud = addon("viewport"), addon("snapshot.reader"), addon("hud")
-    held = results.setdefault("held_up_ms", {})
-    for triangles in (20_000, 1_000_000):
-        bpy.ops.wm.read_homefile(app_template="", load_ui=False)
-        yield 0.5
-        scene = bpy.context.scene
-        for name in ("Cube", "Light", "Camera"):
-            bpy.data.objects.remove(scene.objects[name])
-        addon("cad_import").to_blender(addon("platform_deck").build(triangles), scene.collection)
-        view().spaces.active.shading.type = "SOLID"
-        with bpy.context.temp_override(window=window(), area=view(), region=region("WINDOW")):
-            bpy.ops.object.select_all(action="DESELECT")
-            bpy.ops.view3d.view_all()
-        scene.render.engine = ENGINE
-        yield from settle(1.0)
-        found = {"between events, solid, orbit": (yield from orbit())}
-        found["between events, solid, drag"] = yield from drag("Crane")
-        places = [(viewport.LiveView, "draw"), (viewport.LiveView, "update"), (viewport, "live_view_in"), (reader.SceneReader, "collect")]
-        times = Times(*places, (viewport, "texture_of"), (hud.Canvas, "__init__"))
-        ticks = Ticks()
-        view().spaces.active.shading.type = "RENDERED"
-        yield from until(is_fine, "the first picture", 180)
-        found["between events, live, from the switch to the full picture"] = ticks.stop()
-        found["between events, live, orbit"] = yield from orbit()
-        found["between events, live, drag"] = yield from drag("Crane")
-        found |= {f"in {name}": value for name, value in times.stop().items()}
-        held[f"{triangles:,} triangles"] = found
 
 
 run(sys.argv[sys.argv.index("--") + 1 :])
