@@ -4,6 +4,7 @@ import importlib
 
 import pytest
 
+from tests.blender.impostor_rig import SIZE
 from tests.conftest import ROOT
 
 MODULE = "bl_ext.user_default.cad_shadow_preview"
@@ -51,3 +52,35 @@ def cube_scene(blend):
     scene.view_settings.view_transform = "Standard"
     scene.render.dither_intensity = 0
     return scene
+
+
+@pytest.fixture
+def room(extension):
+    """The extension's module of that name."""
+    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
+
+
+@pytest.fixture
+def api(room):
+    """The extension's `api`."""
+    return room("api")
+
+
+@pytest.fixture
+def ball(cube_scene, blend):
+    """A ball beside the cube, dense enough to be worth an impostor, drawn as one whatever it costs."""
+    blend.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=1.0, location=(2.5, 1, 1.2))
+    cube_scene.cad_shadow.impostor_break_even = False
+    return blend.context.object
+
+
+@pytest.fixture
+def view(api, room):
+    """What the life cycle makes of the present view (F12 in the settings below captures anew each time)."""
+
+    def draw(**arguments):
+        result = api.preview(size=SIZE, samples=1, map_size=128, **({"impostor_fresh": False} | arguments))
+        return result, {report.name: report for report in result.impostors}
+
+    yield draw
+    room("session").forget()
