@@ -21,7 +21,7 @@ PARTITION_WORDS = (
     ("Linear", "Slices of equal depth (LogPSM 5.58)"),
     ("PSSM", "A mean of logarithmic and linear slices (LogPSM 5.60)"),
     ("Pseudo-near", "A short first slice, logarithmic slices behind it (LogPSM §5.1.8)"),
-    ("Adaptive", "Logarithmic when the light is across the view, geometric when it runs along it (T4 (55))"),
+    ("Adaptive", "Logarithmic; cut across the view, or with α by hand, geometric when the light runs along the view (T4 (55))"),
     ("Faces", "One map per side of the view frustum (T4 §4.3.1)"),
     ("Faces × depth", "One map per side of the view frustum and slice of depth"),
 )

@@ -105,9 +105,11 @@ OPTIONS: tuple[Option, ...] = (
         (("partition", "alpha"),),
         "numbers",
         "Seam α",
-        "Each slice ends at 1/α of the next one's end when the light runs along the view; 2 to 4 hides the seams best (T4 (55))",
+        "Each slice ends at 1/α of the next one's end when the light runs along the view; 2 to 4 hides the seams best (T4 (55)). "
+        "Automatic: 3 with the cut across the view, logarithmic slices along the light",
         low=1.001,
         soft=(2.0, 4.0),
+        start=3.0,
     ),
     Option(
         "map_size",

@@ -62,7 +62,7 @@ def _switch(option: Option, words: dict[str, str]) -> object:
 
 
 def _numbers(option: Option, words: dict[str, str]) -> object:
-    return FloatVectorProperty(**words, **_limits(option), size=MAX_SPLITS, default=option.default * MAX_SPLITS)
+    return FloatVectorProperty(**words, **_limits(option), size=MAX_SPLITS, default=(option.start,) * MAX_SPLITS)
 
 
 def _color(option: Option, words: dict[str, str]) -> object:
@@ -157,7 +157,7 @@ def settings_from(props: CadShadowSettings) -> Settings:
     Where both η and n' are set by hand, n' counts.
     """
     values = {option.name: _value(props, option) if applies(option.name, props) else option.default for option in OPTIONS}
-    if len(set(values["alpha"])) == 1:
+    if values["alpha"] is not None and len(set(values["alpha"])) == 1:
         values["alpha"] = values["alpha"][:1]
     if values["warp_parameter"] is not None:
         values["eta"] = None

@@ -54,7 +54,8 @@ def test_the_line_names_the_option_and_what_makes_it_idle():
         (("--warp", "uniform"), "eta = 0.5", ["eta"]),
         (("--eta", "0.5"), "warp = 'uniform'", ["eta"]),
         ((), "[partition]\nkind = 'z-log'\nsplit_weight = 0.25", ["split_weight"]),
-        ((), "[partition]\nkind = 'z-log'\nsplit_weight = 0.5\nalpha = [3.0]", []),
+        ((), "[partition]\nkind = 'z-log'\nsplit_weight = 0.5\nalpha = [3.0]", ["alpha"]),
+        ((), "[partition]\nkind = 'z-log'\nsplit_weight = 0.5", []),
         (("--partition", "z-pssm", "--split-weight", "0.25"), "", []),
     ],
 )

@@ -30,7 +30,7 @@ class Candidate:
     partition: str
     count: int
     fit: str
-    alpha: tuple[float, ...] = (3.0,)
+    alpha: tuple[float, ...] | None = None
     split_weight: float = 0.5
 
     def settings(self, base: Settings, size: int) -> Settings:
@@ -47,7 +47,7 @@ class Candidate:
         named = {"warp": self.warp, "partition": self.partition, "fit": self.fit}
         if self.partition not in ("none", "faces"):
             named["partitions"] = self.count
-        if self.partition == "z-adaptive" and self.count > 1:
+        if self.partition == "z-adaptive" and self.count > 1 and self.alpha is not None:
             named["alpha"] = self.alpha
         if self.partition == "z-pssm":
             named["split_weight"] = self.split_weight
@@ -64,14 +64,15 @@ def all_candidates(base: Settings, orthographic: bool, light_kind: str) -> list[
     """Every sensible combination with `base`'s α and λ.
 
     An orthographic camera sees every depth alike: no warp, slices of equal depth. Log warps and faces need a sun, and a point light's
-    six maps are not divided further.
+    six maps are not divided further. Without α 'z-adaptive' is 'z-log' under another name, and stands for both.
     """
     alpha, weight = base.partition.alpha, base.partition.split_weight
     warps = ("uniform",) if orthographic else WARPS if light_kind == "sun" else tuple(w for w in WARPS if w not in ("log", "logpsm"))
     kinds = [("none", 1)]
     if light_kind != "point":
         counts = {"z-linear": COUNTS["z-linear"]} if orthographic else COUNTS
-        kinds += [(kind, k) for kind, ks in counts.items() for k in ks if light_kind == "sun" or kind != "faces-z"]
+        twin = "z-log" if base.partition.seam_alphas is None else None
+        kinds += [(kind, k) for kind, ks in counts.items() for k in ks if kind != twin and (light_kind == "sun" or kind != "faces-z")]
     if light_kind == "sun" and not orthographic:
         kinds.append(("faces", 1))
     return [Candidate(w, kind, k, fit, alpha, weight) for fit in FITS for kind, k in kinds for w in warps]

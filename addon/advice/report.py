@@ -38,7 +38,7 @@ def row_of(row: Row) -> dict[str, object]:
         "partition": c.partition,
         "partitions": c.count,
         "fit": c.fit,
-        "alpha": list(c.alpha),
+        "alpha": None if c.alpha is None else list(c.alpha),
         "split_weight": c.split_weight,
         "maps": row.maps,
         "map_size": row.size,

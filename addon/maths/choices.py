@@ -9,6 +9,7 @@ from ..errors import SettingsError
 
 WARPS = ("uniform", "psm", "lispsm", "lispsm-general", "lloyd", "tsm", "log", "logpsm")
 PARTITIONS = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive", "faces", "faces-z")
+USUAL_ALPHA = (3.0,)
 CUTS = ("halves", "light", "view")
 FITS = ("frustum", "scene", "samples")
 CONVERGENCES = ("quadratic", "sine")
@@ -64,7 +65,8 @@ class PartitionChoice:
     """How the view is divided among shadow maps.
 
     `count` is the number of z partitions; `split_weight` λ of PSSM (1 = logarithmic, 0 = linear; LogPSM 5.60);
-    `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4;
+    `alpha` the seam controls α_i of T4 (55), one for all or one per split, usually 2…4 (None: 3 for the cut 'view'; for cuts along the
+    light, which need no adapting to γ, self-similar splits);
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
     `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the
     maps do not overlap as the light sees them (`slices.py`); 'halves' the same with half as many slices, each in two halves side by side.
@@ -73,7 +75,7 @@ class PartitionChoice:
     kind: str = "z-adaptive"
     count: int = 4
     split_weight: float = 0.5
-    alpha: tuple[float, ...] = (3.0,)
+    alpha: tuple[float, ...] | None = None
     pseudo_near: float | None = None
     cut: str = "halves"
 
@@ -82,13 +84,20 @@ class PartitionChoice:
         require_choice("Cut", self.cut, CUTS)
         require(1 <= self.count <= 8, "The number of z partitions must lie between 1 and 8.")
         require(0.0 <= self.split_weight <= 1.0, "The split weight must lie between 0 (linear) and 1 (logarithmic).")
-        require(len(self.alpha) >= 1 and all(1.0 < a < inf for a in self.alpha), "Every α must be greater than 1 (usually 2 to 4).")
+        alphas = self.alpha if self.alpha is not None else USUAL_ALPHA
+        require(len(alphas) >= 1 and all(1.0 < a < inf for a in alphas), "Every α must be greater than 1 (usually 2 to 4).")
         require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
 
     @property
     def z_count(self) -> int:
         """Number of z partitions this choice asks for (1 for 'none' and 'faces')."""
         return 1 if self.kind in ("none", "faces") else self.count
+
+    @property
+    def seam_alphas(self) -> tuple[float, ...] | None:
+        """α_i in effect; None for self-similar splits. T4's slabs overlap in the light's picture the more the nearer γ is to 0, and (55)
+        answers that; planes along the light do not overlap, and (50) measures better there at every γ (docs/findings.md)."""
+        return USUAL_ALPHA if self.alpha is None and self.cut == "view" else self.alpha
 
     @property
     def uses_faces(self) -> bool:

@@ -62,7 +62,7 @@ def split_distances(choice: PartitionChoice, near: float, far: float, gamma_rad:
 
     Always `choice.z_count` partitions, whatever the view, so that nothing pops while the camera moves (LogPSM §5.1.7.1).
     'faces-z' is self-similar at every γ: faces keep their warp effective, so that (50) stays best. An orthographic camera sees every depth
-    alike: its partitions are of equal depth. `gamma_rad` ∈ [0, π/2] matters to 'z-adaptive' only.
+    alike: its partitions are of equal depth. `gamma_rad` ∈ [0, π/2] matters to 'z-adaptive' with α only.
     Raises SettingsError unless 0 < near < far (near may be ≤ 0 when orthographic), or if the range is too thin to split.
     """
     positive = orthographic or near > 0.0
@@ -75,8 +75,8 @@ def split_distances(choice: PartitionChoice, near: float, far: float, gamma_rad:
         splits = pssm_splits(near, far, count, choice.split_weight)
     elif choice.kind == "z-pseudo-near":
         splits = pseudo_near_splits(near, far, count, choice.pseudo_near, choice.split_weight)
-    elif choice.kind == "z-adaptive":
-        splits = adaptive_splits(near, far, count, min(gamma_rad, pi / 2.0), choice.alpha)
+    elif choice.kind == "z-adaptive" and choice.seam_alphas is not None:
+        splits = adaptive_splits(near, far, count, min(gamma_rad, pi / 2.0), choice.seam_alphas)
     else:
         splits = log_splits(near, far, count)
     splits[0], splits[-1] = near, far

@@ -22,16 +22,18 @@ def draw_option(layout: bpy.types.UILayout, props: bpy.types.PropertyGroup, name
     if not applies(name, props):
         return
     option = BY_NAME[name]
-    if option.is_optional:
+    if option.kind == "numbers":
+        layout.prop(props, "use_" + name)
+        column = layout.column(align=True)
+        column.active = getattr(props, "use_" + name)
+        for i in range(props.partitions - 1):
+            column.prop(props, name, index=i, text=f"{option.label} {i + 1}")
+    elif option.is_optional:
         row = layout.row(heading=option.label)
         row.prop(props, "use_" + name, text="")
         value = row.row()
         value.active = getattr(props, "use_" + name)
         value.prop(props, name, text="")
-    elif option.kind == "numbers":
-        column = layout.column(align=True)
-        for i in range(props.partitions - 1):
-            column.prop(props, name, index=i, text=f"{option.label} {i + 1}")
     else:
         layout.prop(props, name)
 

@@ -96,7 +96,7 @@ def test_only_what_applies_is_shown(drawn, blend):
     assert drawn("partition") == {"partition"}
     assert not drawn("warp_expert") & {"eta", "warp_parameter", "convergence"}
     props.partition = "z-adaptive"
-    assert drawn("partition") == {"partition", "partitions", "cut", "alpha"}
+    assert drawn("partition") == {"partition", "partitions", "cut", "use_alpha", "alpha"}
     props.partition = "z-pssm"
     assert drawn("partition") == {"partition", "partitions", "cut", "split_weight"}
     props.test, props.bias_strategy = "depth", "automatic"

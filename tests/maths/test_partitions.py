@@ -60,6 +60,19 @@ def test_adaptive_splits_are_self_similar_under_overhead_light(view, count, alph
     np.testing.assert_allclose(adaptive, log, rtol=1e-9)
 
 
+@given(views(max_ratio=1e7), counts)
+def test_without_alpha_the_cut_decides(view, count):
+    """T4's slabs take its usual α = 3; planes along the light, which need no adapting to γ, self-similar splits."""
+
+    def splits(kind, **choice):
+        return split_distances(PartitionChoice(kind, count, **choice), view.near, view.far, view.gamma)
+
+    assert np.array_equal(splits("z-adaptive", cut="view"), splits("z-adaptive", cut="view", alpha=(3.0,)))
+    for cut in ("light", "halves"):
+        assert np.array_equal(splits("z-adaptive", cut=cut), splits("z-log", cut=cut))
+        assert np.array_equal(splits("z-adaptive", cut=cut, alpha=(3.0,)), splits("z-adaptive", cut="view"))
+
+
 @given(views(min_ratio=1e3, max_ratio=1e6), st.integers(2, 6), st.lists(st.floats(1.2, 3.5), min_size=1, max_size=5))
 def test_adaptive_splits_are_the_text_s_recursion_where_it_stays_above_near(view, count, alphas):
     weight, n = view.gamma / (pi / 2), view.near

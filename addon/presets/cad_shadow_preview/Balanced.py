@@ -1,4 +1,4 @@
-"""The defaults: four adaptive slices serve views along a scene and views at an object."""
+"""The defaults: four slices serve views along a scene and views at an object."""
 
 import bpy
 
