@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isqrt
 
-from addon.maths.choices import WARPS
+from addon.maths.choices import USUAL_ALPHA, WARPS
 from addon.pipeline.settings import Settings
 
 TEXELS = 2048**2
@@ -13,9 +13,12 @@ ELEVATIONS = tuple(2.0 + 88.0 * i / 19.0 for i in range(20))
 
 def settings(warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, cut: str = "halves",
              **test: object) -> Settings:
-    """One method at a number of texels in all its maps together. `faces` has up to four maps, `faces-z` four times as many as slices."""
+    """One method at a number of texels in all its maps together. `faces` has up to four maps, `faces-z` four times as many as slices.
+
+    'z-adaptive' is T4 (55) with its usual α; without α and along the light it is 'z-log'.
+    """
     maps = {"none": 1, "faces": 4, "faces-z": 4 * count}.get(partition, count)
-    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition, "count": max(count, 1), "cut": cut},
+    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition, "count": max(count, 1), "cut": cut, "alpha": USUAL_ALPHA},
                                fit={"kind": fit, "size": isqrt(texels // maps)}, test=test)
 
 

@@ -90,24 +90,51 @@ def methods(rows: list[Row]) -> str:
     wide = [(name, *(by_model.get((m, name)) for m in models)) for name in names]
     classes = {"at": [r for r in rows if r.depth_ratio < 15.0], "along": [r for r in rows if r.depth_ratio >= 20.0]}
     lines = []
+    by_class = {kind: {n: over_models(mine) for n in names if (mine := where(members, method=n))} for kind, members in classes.items()}
+    against = {name: against_one_map(by_model, name, models) for name in names}
     for name in names:
         cells: list[object] = [name]
-        for members in classes.values():
+        for kind, members in classes.items():
             mine = where(members, method=name)
             largest = max((r.m_max for r in mine if r.m_max is not None), default=None)
-            cells += [over_models(mine), mean(mine, "m_p95"), largest] if mine else [None] * 3
+            cells += [by_class[kind][name], mean(mine, "m_p95"), largest] if mine else [None] * 3
         mine = where(rows, method=name)
-        lines.append((*cells, *against_one_map(by_model, name, models), mean(mine, "acne_pct"), mean(mine, "leak_pct"),
+        lines.append((*cells, *against[name], mean(mine, "acne_pct"), mean(mine, "leak_pct"),
                       middle(mine, "shadow_ms"), middle(mine, "shade_ms"), len({r.model for r in mine})))
     return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified % (of all its pairs' pixels, mean over models), 95th "
             "percentile of m (mean over pairs), largest m. *Of one map*: over the misclassified % of one map of the same warp, fit and "
             "number of texels, geometric mean over the models, and the worst model. Acne and leak over all pairs; milliseconds of the "
-            "shadow and shading passes (median), taken on a loaded machine: `./dev bench` measures speed. The means by class compare only "
-            "methods with as many models; `--resume` goes on with the others.\n\n"
+            "shadow and shading passes (median), taken on a loaded machine: `./dev bench` measures speed.\n\n"
             + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "of one map", "worst", "acne %", "leak %",
                      "shadow ms", "shade ms", "models"), lines)
+            + "\n\nWhat was expected of them (the default partitioning is z-log 4: z-adaptive without α, along the light; z-adaptive "
+            "here is T4's, with α = 3):\n\n" + expected(by_class, against)
             + "\n\nMisclassified % by model (of the pixels of its 15 pairs together):\n\n"
             + table(("method", *(Path(m).stem for m in models)), wide))
+
+
+def expected(by_class: dict[str, dict[str, float]], against: dict[str, tuple[float | None, float | None]]) -> str:
+    """What was expected of the methods, beside what came out; `by_class` misclassified % by class of view and method."""
+    at, along = by_class["at"], by_class["along"]
+    lines = []
+    for fit in ("scene", "samples"):
+        one = {warp: along[f"{warp}, one map, {fit}"] for warp in ("lispsm-general", "lispsm", "uniform")}
+        lines.append((f"along, `{fit}`: generalised ≤ original ≤ uniform", " / ".join(f"{v:.2f} %" for v in one.values())))
+    for fit in ("scene", "samples"):
+        best = min((n for n in along if n.endswith(fit)), key=along.__getitem__)
+        ratio = along[best] / along["uniform, one map, scene"]
+        wanted = " ≤ 0.4" if fit == "scene" else ""
+        lines.append((f"along, `{fit}`: best over uniform with `scene`{wanted}", f"{ratio:.2f} ({best.removesuffix(', ' + fit)})"))
+    for name in ("uniform, one map", "lispsm-general, one map", "lispsm-general, z-log 4"):
+        gain = at[f"{name}, scene"] / at[f"{name}, samples"]
+        lines.append((f"at an object, {name}: gain of `samples` over `scene` ≥ 1.5", f"{gain:.2f} ×"))
+    for fit in ("scene", "samples"):
+        ratio = at[f"lispsm-general, one map, {fit}"] / at[f"uniform, one map, {fit}"]
+        lines.append((f"at an object, `{fit}`: the warp is neutral", f"generalised {ratio:.2f} of uniform"))
+    for fit in ("scene", "samples"):
+        ratio, worst = against[f"lispsm-general, z-log 4, {fit}"]
+        lines.append((f"the default partitioning, `{fit}`, over one map ≤ 1.05", f"{ratio:.2f} in the mean, {worst:.2f} the worst model"))
+    return table(("expected", "measured"), lines)
 
 
 def texels(rows: list[TexelRow]) -> str:
