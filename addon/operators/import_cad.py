@@ -60,7 +60,7 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
         ],
     )
     replaces_cube: bpy.props.BoolProperty(
-        name="Remove Start-up Cube",
+        name="Remove Cube",
         description="The untouched cube that Blender begins a new file with: it would stand in the middle of the model",
         options={"SKIP_SAVE"},
     )
@@ -73,6 +73,9 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Read every file, then make the objects of those that could be read; nothing is made of the others."""
         paths = self._paths()
+        if all(path.is_dir() for path in paths):
+            self.report({"ERROR"}, "No file is chosen: click on one or more CAD files first.")
+            return {"CANCELLED"}
         progress = context.window_manager
         progress.progress_begin(0, 2 * len(paths))
         try:

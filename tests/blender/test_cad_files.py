@@ -348,44 +348,6 @@ def test_a_failure_half_way_leaves_the_users_file_as_it_was(blend):
     assert not blend.context.scene.collection.children
 
 
-def test_the_operator_imports_what_it_can_and_names_what_it_cannot(tmp_path, blend):
-    write(tmp_path / "good.obj", CUBE_OBJ + FACES.format(""))
-    write(tmp_path / "bad.stl", "nonsense")
-    with pytest.raises(RuntimeError, match="bad.stl"):
-        blend.ops.cad_shadow.import_cad(directory=str(tmp_path), files=[{"name": "bad.stl"}, {"name": "good.obj"}])
-    assert [c.name for c in blend.context.scene.collection.children] == ["good"]
-    assert [ob.name for ob in blend.context.selected_objects] == ["good"] and blend.context.object.name == "good"
-
-
-def test_the_operator_takes_units_and_a_single_path(tmp_path, blend):
-    write(tmp_path / "good.obj", CUBE_OBJ + FACES.format(""))
-    assert blend.ops.cad_shadow.import_cad(filepath=str(tmp_path / "good.obj"), units="mm", up="Z") == {"FINISHED"}
-    blend.context.view_layer.update()
-    assert np.allclose(blend.context.object.dimensions, (0.002, 0.004, 0.006))
-
-
-@pytest.mark.parametrize("touched", ["", "moved", "edited", "modified", "followed", "kept"])
-def test_the_start_up_cube_goes_only_while_nobody_has_touched_it(tmp_path, blend, touched):
-    blend.ops.wm.read_homefile(use_factory_startup=True)
-    cube = blend.context.scene.objects["Cube"]
-    if touched == "moved":
-        cube.location.z = 1.0
-    elif touched == "edited":
-        cube.data.vertices[0].co.x = -2.0
-    elif touched == "modified":
-        cube.modifiers.new("array", "ARRAY")
-    elif touched == "followed":
-        blend.context.scene.objects["Light"].parent = cube
-    path = write(tmp_path / "good.obj", CUBE_OBJ + FACES.format(""))
-    assert blend.ops.cad_shadow.import_cad(filepath=str(path), replaces_cube=touched != "kept") == {"FINISHED"}
-    assert ("Cube" in blend.data.objects) == bool(touched)
-
-
-def test_dropping_a_cad_file_is_offered(blend):
-    handler = blend.types.FileHandler.bl_rna_get_subclass_py("CAD_SHADOW_FH_import_cad")
-    assert handler.bl_import_operator == "cad_shadow.import_cad" and set(handler.bl_file_extensions.split(";")) == set(cad_files.SUFFIXES)
-
-
 @pytest.mark.parametrize(("faces", "count"), [(["4 0 1 2 3"], 2), (["4 0 1 2 3", "3 0 1 2"], 3), (["5 0 1 2 3 4"], 3)])
 @pytest.mark.parametrize("suffix", ["ply", "off"])
 def test_polygons_of_ply_and_off_become_triangles(tmp_path, suffix, faces, count):

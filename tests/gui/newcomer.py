@@ -69,7 +69,8 @@ def drop() -> Generator:
     r = region("WINDOW")
     yield from hover(r.x + r.width / 2, r.y + r.height / 2)
     with here():
-        bpy.ops.cad_shadow.import_cad("INVOKE_DEFAULT", directory=f"{OUT}/", files=[{"name": "plant.glb"}])
+        path = OUT / "plant.glb"
+        bpy.ops.cad_shadow.import_cad("INVOKE_DEFAULT", filepath=str(path), directory=f"{OUT}/", files=[{"name": path.name}])
     yield from settle(0.5)
     picture("newcomer_import")
     again()
