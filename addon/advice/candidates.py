@@ -19,12 +19,12 @@ COUNTS = {
     "z-pseudo-near": (2, 3, 4),
     "faces-z": (2, 3),
 }
-ALPHAS, WEIGHTS = (2.0, 3.0, 4.0), (0.25, 0.5, 0.75, 0.9)
+ALPHAS, WEIGHTS, BENDS = (2.0, 3.0, 4.0), (0.25, 0.5, 0.75, 0.9), (-0.5, 0.0, 0.5, 2.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """One combination. `alpha` and `split_weight` matter to 'z-adaptive' and 'z-pssm' only."""
+    """One combination. `alpha` matters to 'z-adaptive' only, `split_weight` to 'z-pssm', `log_bend` to 'logpsm'."""
 
     warp: str
     partition: str
@@ -32,11 +32,12 @@ class Candidate:
     fit: str
     alpha: tuple[float, ...] | None = None
     split_weight: float = 0.5
+    log_bend: float = 0.0
 
     def settings(self, base: Settings, size: int) -> Settings:
         """`base` with this combination and maps of `size` texels per side; a warp set by hand is given up."""
         return base.replaced(
-            warp={"kind": self.warp, "eta": None, "parameter": None},
+            warp={"kind": self.warp, "eta": None, "parameter": None, "log_bend": self.log_bend},
             partition={"kind": self.partition, "count": self.count, "alpha": self.alpha, "split_weight": self.split_weight},
             fit={"kind": self.fit, "size": size, "margin_texels": min(base.fit.margin_texels, size / 8)},
         )
@@ -51,22 +52,24 @@ class Candidate:
             named["alpha"] = self.alpha
         if self.partition == "z-pssm":
             named["split_weight"] = self.split_weight
+        if self.warp == "logpsm":
+            named["log_bend"] = self.log_bend
         return named
 
 
 def candidate_of(settings: Settings) -> Candidate:
     """The combination that `settings` hold (a warp set by hand counts as its kind)."""
     p = settings.partition
-    return Candidate(settings.warp.kind, p.kind, p.z_count, settings.fit.kind, p.alpha, p.split_weight)
+    return Candidate(settings.warp.kind, p.kind, p.z_count, settings.fit.kind, p.alpha, p.split_weight, settings.warp.log_bend)
 
 
 def all_candidates(base: Settings, orthographic: bool, light_kind: str) -> list[Candidate]:
-    """Every sensible combination with `base`'s α and λ.
+    """Every sensible combination with `base`'s α, λ and 1/b.
 
     An orthographic camera sees every depth alike: no warp, slices of equal depth. Log warps and faces need a sun, and a point light's
     six maps are not divided further. Without α 'z-adaptive' is 'z-log' under another name, and stands for both.
     """
-    alpha, weight = base.partition.alpha, base.partition.split_weight
+    own = base.partition.alpha, base.partition.split_weight, base.warp.log_bend
     warps = ("uniform",) if orthographic else WARPS if light_kind == "sun" else tuple(w for w in WARPS if w not in ("log", "logpsm"))
     kinds = [("none", 1)]
     if light_kind != "point":
@@ -75,7 +78,7 @@ def all_candidates(base: Settings, orthographic: bool, light_kind: str) -> list[
         kinds += [(kind, k) for kind, ks in counts.items() for k in ks if kind != twin and (light_kind == "sun" or kind != "faces-z")]
     if light_kind == "sun" and not orthographic:
         kinds.append(("faces", 1))
-    return [Candidate(w, kind, k, fit, alpha, weight) for fit in FITS for kind, k in kinds for w in warps]
+    return [Candidate(w, kind, k, fit, *own) for fit in FITS for kind, k in kinds for w in warps]
 
 
 def predicted(candidate: Candidate, base: Settings, view: tuple[float, float, float, float], maps: int) -> float:
@@ -108,7 +111,7 @@ def pruned(ranked: Iterable[Candidate], keep: int) -> list[Candidate]:
 
 
 def neighbours(candidate: Candidate) -> list[Candidate]:
-    """What differs in one thing: a partition more or less, another α or λ, another warp."""
+    """What differs in one thing: a partition more or less, another α, λ or 1/b."""
     found = []
     if candidate.partition not in ("none", "faces"):
         found += [replace(candidate, count=k) for k in (candidate.count - 1, candidate.count + 1) if 1 < k <= 8]
@@ -116,4 +119,6 @@ def neighbours(candidate: Candidate) -> list[Candidate]:
         found += [replace(candidate, alpha=(a,)) for a in ALPHAS]
     if candidate.partition == "z-pssm":
         found += [replace(candidate, split_weight=w) for w in WEIGHTS]
+    if candidate.warp == "logpsm":
+        found += [replace(candidate, log_bend=b) for b in BENDS]
     return [c for c in found if c != candidate]

@@ -40,6 +40,7 @@ def row_of(row: Row) -> dict[str, object]:
         "fit": c.fit,
         "alpha": None if c.alpha is None else list(c.alpha),
         "split_weight": c.split_weight,
+        "log_bend": c.log_bend,
         "maps": row.maps,
         "map_size": row.size,
         "texels": row.texels,
