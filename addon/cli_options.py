@@ -104,7 +104,7 @@ SECTIONS = {
     "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"),
     "partition": ("partition", "partitions", "cut", "split_weight", "alpha"),
     "map": ("map_size", "fit", "margin"),
-    "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material"),
+    "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines"),
     "filter": ("pcf", "filter_unit", "filter_width"),
     "picture": ("display", "samples", "light_strength", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
     "impostors": tuple(option.name for option in IMPOSTOR_OPTIONS),

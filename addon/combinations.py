@@ -90,6 +90,7 @@ _APPLIES = {
     "epsilon": lambda v: v.test == "id-depth",
     "epsilon_far": lambda v: v.test != "depth",
     "id_per_material": lambda v: v.test == "id-depth",
+    "outlines": lambda v: v.test == "triangle",
     "clay": lambda v: not v.use_object_colors,
     **IMPOSTOR_APPLIES,
 }

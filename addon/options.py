@@ -205,6 +205,13 @@ OPTIONS: tuple[Option, ...] = (
         "ID per Material",
         "Faces of different material slots of one object count as different objects in the ID test",
     ),
+    Option(
+        "outlines",
+        (("test", "outlines"),),
+        "switch",
+        "Thin Parts",
+        "The exact test also finds parts too thin for the map's texels, by drawing the outlines of all triangles once more: slower",
+    ),
     choice("display", "shading", "display", "Show", "What the picture shows", DISPLAYS, DISPLAY_WORDS),
     choice(
         "samples",

@@ -98,7 +98,8 @@ def _grouped(methods: Mapping[str, Settings]) -> Iterator[tuple[str, Settings]]:
     """Those that read the same maps follow one another: the renderer draws them once. The first of them says what the maps cost."""
     shared: dict[tuple, list[str]] = {}
     for method, settings in methods.items():
-        shared.setdefault((settings.warp, settings.partition, settings.fit, settings.test.kind, settings.test.depths), []).append(method)
+        shared.setdefault((settings.warp, settings.partition, settings.fit, settings.test.kind, settings.test.depths,
+                           settings.test.has_outlines), []).append(method)
     yield from ((name, methods[name]) for names in shared.values() for name in names)
 
 

@@ -40,7 +40,8 @@ METHODS = {
     "frustum fit: lispsm-general, one map": settings("lispsm-general", fit="frustum"),
 }
 
-BIAS_VALUES = {"constant": (0.001, 0.003, 0.01, 0.03), "slope-scaled": (0.5, 1.0, 1.5), "receiver-plane": (0.5, 1.0, 2.0)}
+BIAS_VALUES = {"constant": (0.001, 0.003, 0.01, 0.03, 0.1, 0.3), "slope-scaled": (0.5, 1.0, 1.5),
+               "normal-offset": (0.5, 1.0, 2.0, 3.0), "receiver-plane": (0.5, 1.0, 2.0, 3.0, 4.0)}
 BIAS_WARPS, BIAS_SIZES, COMPARED_SIZE = ("uniform", "lispsm-general", "logpsm"), (512, 1024, 2048, 4096), 1024
 BIAS_METHODS = {
     f"{name}, {warp}, {size}²": settings(warp, texels=size * size, **test)
@@ -53,6 +54,7 @@ BIAS_METHODS = {
 
 EXACT_METHODS = {
     f"{name}, {size}²": settings("lispsm-general", texels=size * size, **test)
-    for size, tests in ((1024, ("depth", "exact", "pcf")), (2048, ("depth", "exact", "pcf")), (8192, ("depth",)))
-    for name, test in (("depth", {}), ("exact", {"kind": "triangle"}), ("pcf", {"pcf": 9})) if name in tests
+    for size, tests in ((1024, ("depth", "exact", "outlines", "pcf")), (2048, ("depth", "exact", "outlines", "pcf")), (8192, ("depth",)))
+    for name, test in (("depth", {}), ("exact", {"kind": "triangle"}), ("outlines", {"kind": "triangle", "outlines": True}),
+                       ("pcf", {"pcf": 9})) if name in tests
 }

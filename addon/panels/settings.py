@@ -160,7 +160,7 @@ SECTIONS = (
     Section(
         "map_expert",
         "Bias & Margin",
-        draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "margin"),
+        draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines", "margin"),
         "map",
         True,
     ),

@@ -44,7 +44,8 @@ class Device:
 
     def shadow_maps(self, size: int, layers: int, test: TestChoice = PLAIN) -> ShadowMaps:
         """The shadow maps of that size and count, with what the test needs beside the depth."""
-        return self._keep("shadow", (size, layers, test.kind, test.depths), lambda: ShadowMaps(self.context, size, layers, test))
+        key = (size, layers, test.kind, test.depths, test.has_outlines)
+        return self._keep("shadow", key, lambda: ShadowMaps(self.context, size, layers, test))
 
     def shade_target(self, size: tuple[int, int], data: bool) -> ShadeTarget:
         """The picture's targets, with or without the data images."""

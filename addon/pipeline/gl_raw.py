@@ -216,6 +216,13 @@ class LayerFramebuffer(_Owned):
         self.raw.ClearBufferuiv(_COLOR, target, (_uint * 4)(0, 0, 0, 0))
 
 
+def id_array(context: moderngl.Context, size: int, layers: int, components: int) -> moderngl.TextureArray:
+    """An R32UI (object ids) or RG32UI (slot + 1, triangle) array for the layers of shadow maps."""
+    array = context.texture_array((size, size, layers), components, dtype="u4")
+    array.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return array
+
+
 class BufferTexture(_Owned):
     """A buffer seen as a one-dimensional texture (`samplerBuffer`, `usamplerBuffer`); formats in `BUFFER_FORMATS`."""
 

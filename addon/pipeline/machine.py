@@ -44,9 +44,10 @@ def check_picture(size: tuple[int, int], data: bool) -> None:
     _check(size[0] * size[1] * (36 + 40 * data), f"A picture of {size[0]}×{size[1]} pixels", "choose a smaller size")
 
 
-def check_maps(size: int, layers: int, ids: int, depths: int) -> None:
-    """Raise `GpuError` when the shadow maps pass the memory limit. Bytes per texel: depth 4, each id 4; with depths per cell twice that."""
-    wanted = size * size * layers * (4 + 4 * ids) * (2 if depths > 1 else 1)
+def check_maps(size: int, layers: int, ids: int, doubled: bool) -> None:
+    """Raise `GpuError` when the shadow maps pass the memory limit. Bytes per texel: depth 4, each id 4; with depths per cell or outlines
+    (`doubled`) twice that."""
+    wanted = size * size * layers * (4 + 4 * ids) * (1 + doubled)
     _check(wanted, f"{layers} shadow map{'s' * (layers > 1)} of {size}² texels", "lower Map Size or Partitions")
 
 

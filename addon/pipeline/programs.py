@@ -30,6 +30,7 @@ SAMPLER_UNITS = {
     "u_cells_0": 10,
     "u_links": 10,
     "u_cells_1": 11,
+    "u_outline_ids": 11,
     "u_cell_ids_0": 12,
     "u_cell_ids_1": 13,
     "u_extents": 14,

@@ -32,6 +32,7 @@ class TestChoice:
     `epsilon_far` (IDD §5.4) in metres, None = automatic per pixel. `id_per_material`: faces of different material slots get different ids.
     `filter_width` is the width of the filter's square of k taps, in `filter_unit`: texels of the map (its softness follows the warp),
     pixels of the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
+    `outlines`: the triangle test also looks for triangles whose edges cross the texels round the place (thin parts far away).
     """
 
     __test__ = False  # not a pytest class
@@ -46,6 +47,7 @@ class TestChoice:
     id_per_material: bool = False
     filter_unit: str = "texel"
     filter_width: float | None = None
+    outlines: bool = False
 
     def __post_init__(self) -> None:
         require_choice("Shadow test", self.kind, TESTS)
@@ -61,6 +63,11 @@ class TestChoice:
         require(
             self.kind != "triangle" or self.depths == 1, "The triangle test stores triangles, not depths: set the depths per cell to 1."
         )
+
+    @property
+    def has_outlines(self) -> bool:
+        """Whether the maps keep the triangles of outlines: only the triangle test asks for them."""
+        return self.outlines and self.kind == "triangle"
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from functools import partial
 
 import moderngl
 import numpy as np
@@ -11,10 +12,11 @@ from ..errors import GpuError
 from ..maths.projection import ShadowPlan, ShadowProjection
 from .clusters import frustum_planes
 from .draw_list import DrawList
-from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer
+from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, id_array
 from .log_pass import draw_log_map, log_bend_vector, log_warp_vector
 from .machine import check_maps
 from .nsm_pass import NsmCells
+from .outline_pass import OutlineIds
 from .programs import Programs, matrix_bytes, set_uniforms
 from .settings import TestChoice
 from .shadow_test import ids_kind
@@ -24,7 +26,8 @@ _FLOATS_PER_MAP = 60
 
 
 class ShadowMaps:
-    """A depth array and a framebuffer per layer; with a test that needs them, an array of ids beside it and the cells of the n-SM.
+    """A depth array and a framebuffer per layer; with a test that needs them, an array of ids beside it, the ids of outlines, and the
+    cells of the n-SM.
 
     `holds` says what was drawn last (plan, ids), by whoever can say; None as soon as anything is drawn.
     """
@@ -37,7 +40,7 @@ class ShadowMaps:
             )
         if layers > MAX_MAPS:
             raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
-        check_maps(size, layers, ids_kind(test), test.depths)
+        check_maps(size, layers, ids_kind(test), test.depths > 1 or test.has_outlines)
         self.size, self.layers = size, layers
         self.holds: Hashable = None
         self.depth = DepthArray(context, size, layers)
@@ -45,31 +48,25 @@ class ShadowMaps:
         self.ids = id_array(context, size, layers, self.ids_kind) if self.ids_kind else None
         colors = [self.ids] if self.ids_kind else []
         self.framebuffers = [LayerFramebuffer(context, self.depth, layer, colors) for layer in range(layers)]
+        self.outlines = OutlineIds(context, size, layers) if test.has_outlines else None
         self.cells = NsmCells(context, size, layers, test.depths, self.ids) if test.depths > 1 else None
 
     def release(self) -> None:
         """Free the arrays and their framebuffers."""
         for framebuffer in self.framebuffers:
             framebuffer.release()
-        for thing in (self.depth, self.ids, self.cells):
+        for thing in (self.depth, self.ids, self.outlines, self.cells):
             if thing is not None:
                 thing.release()
 
     def inputs(self) -> dict[str, object]:
         """The textures that the tests read, by sampler name."""
-        named = {"u_shadow_depth": self.depth, "u_shadow_ids": self.ids}
+        named = {"u_shadow_depth": self.depth, "u_shadow_ids": self.ids, "u_outline_ids": self.outlines.ids if self.outlines else None}
         return {name: texture for name, texture in named.items() if texture is not None} | (self.cells.inputs() if self.cells else {})
 
     def read(self) -> np.ndarray:
         """(layers, size, size) float32 depth 0…1, row 0 at t = −1."""
         return np.frombuffer(self.depth.read(), np.float32).reshape(self.layers, self.size, self.size)
-
-
-def id_array(context: moderngl.Context, size: int, layers: int, components: int) -> moderngl.TextureArray:
-    """An R32UI (object ids) or RG32UI (slot + 1, triangle) array."""
-    array = context.texture_array((size, size, layers), components, dtype="u4")
-    array.filter = (moderngl.NEAREST, moderngl.NEAREST)
-    return array
 
 
 def draw_shadow_maps(
@@ -86,6 +83,7 @@ def draw_shadow_maps(
     `rows` (I,) bool: only these instance rows of the scene, into maps that are not logarithmic.
     """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
+    draw_one = partial(_draw_one, programs, draw_list, size=maps.size, defines=defines, rows=rows)
     maps.holds = None
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
@@ -96,7 +94,9 @@ def draw_shadow_maps(
         if maps.ids_kind:
             framebuffer.clear_ids()
         if not projection.is_empty:
-            sent += _draw_one(programs, draw_list, projection, maps.size, defines, rows)
+            sent += draw_one(projection)
+    if maps.outlines is not None:
+        sent += maps.outlines.draw(plan, draw_one)
     context.disable_direct(GL_DEPTH_CLAMP)
     if maps.cells is not None:
         maps.cells.select(programs, maps.depth, plan)

@@ -51,6 +51,7 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
         "DEPTHS": test.depths,
         "ID_PER_MATERIAL": int(test.id_per_material),
         "REACH": REACH,
+        "OUTLINES": int(test.has_outlines),
         "MOST_STEPS": MOST_STEPS,
         "FAR_TEXELS": ID_FAR_TEXELS if test.kind == "id-depth" else FAR_TEXELS,
         "AUTO_TILT": AUTO_TILT,

@@ -19,11 +19,39 @@ SEVERAL = 0xFFFFFFFE  # more than one triangle: no telling which
 def across_edges(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Claim: (T, 3) uint32, the triangle that shares the edge from corner k to corner k + 1, or `BORDER`, or `SEVERAL`.
 
-    Corners are the same point where `positions` (V, 3) float32 are equal. Windings do not matter. An edge without length has no other
-    side: `SEVERAL`.
+    Corners are the same point where `positions` (V, 3) float32 are equal. Windings do not matter, and triangles with the same three corners
+    (both sides of a sheet, as CAD writes it) count once: a link names the first. An edge without length has no other side: `SEVERAL`.
     """
     points, _ = weld(positions)
-    start = points[triangles].astype(np.uint64)
+    corners = points[triangles]
+    order = np.argsort(corners, axis=1, kind="stable")
+    first = _first_copy(np.take_along_axis(corners, order, axis=1))
+    kept = np.flatnonzero(first == np.arange(len(first)))
+    if len(kept) == len(corners):
+        return _across_distinct(corners)
+    links = np.full(corners.shape, SEVERAL, np.uint32)
+    found = _across_distinct(corners[kept])
+    found[found < SEVERAL] = kept[found[found < SEVERAL]]
+    links[kept] = found
+    # a copy's edges may come in another order: by the corner across from each
+    opposite = np.take_along_axis(np.roll(links, -1, axis=1), order, axis=1)[first]
+    turned = np.empty_like(links)
+    np.put_along_axis(turned, order, opposite, axis=1)
+    return np.roll(turned, 1, axis=1)
+
+
+def _first_copy(ranked: np.ndarray) -> np.ndarray:
+    """(T,) the first triangle that has the same three corners as each; `ranked` (T, 3) points in rising order."""
+    by_corners = np.lexsort(ranked.T)
+    new = np.flatnonzero(np.append(True, (np.diff(ranked[by_corners], axis=0) != 0).any(axis=1))[: len(ranked)])
+    first = np.empty(len(ranked), np.int64)
+    first[by_corners] = np.repeat(np.minimum.reduceat(by_corners, new), np.diff(np.append(new, len(ranked))))
+    return first
+
+
+def _across_distinct(corners: np.ndarray) -> np.ndarray:
+    """`across_edges` of triangles (T, 3) by points, no two with the same three."""
+    start = corners.astype(np.uint64)
     end = np.roll(start, -1, axis=1)
     key = (np.minimum(start, end) << np.uint64(32) | np.maximum(start, end)).ravel()
     order = np.argsort(key, kind="stable")

@@ -6,9 +6,9 @@
 // automatic: height above the receiver's plane against what the map cannot tell from the plane.
 uniform float u_bias;
 
-// Share of a texel's tilt by which neighbours on a curved or creased surface, and slivers' interpolated depths, stand up; the depth
-// format; rounding.
-float automatic_bias_m(Receiver r) { return AUTO_TILT * tilt_m(r) + 2.0 * depth_step_m(r) * r.facing + r.noise_m; }
+// Share of a texel's tilt by which neighbours on a curved or creased surface, and slivers' interpolated depths, stand up (more on slivers
+// that are thousands of texels long); the depth format; rounding.
+float automatic_bias_m(Receiver r) { return max(AUTO_TILT, r.blur) * tilt_m(r) + 2.0 * depth_step_m(r) * r.facing + r.noise_m; }
 
 float tangent(Receiver r) { return sqrt(max(1.0 - r.facing * r.facing, 0.0)) / max(r.facing, 1.0 / STEEPEST_TANGENT); }
 

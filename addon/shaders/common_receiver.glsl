@@ -13,6 +13,7 @@ struct Receiver {
     vec3 step_s, step_t;     // one texel, across the light's ray, metres
     float facing;            // cosine between normal and light
     float noise_m;           // what float32 cannot tell
+    float blur;              // texels by which the rasteriser's depth of its triangle may be out of place
     vec4 clip;               // what world_from_clip takes at q
     vec4 height_row;         // of a change of clip: numerator of the height over the plane,
     vec4 distance_row;       // of the distance towards the light,
@@ -46,9 +47,19 @@ Receiver placed_at(Receiver r, vec3 x_ws, vec4 q) {
     return r;
 }
 
-// `grad_s`, `grad_t` of texel_gradients; `noise_m` and `ids` of the surface seen.
-Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 normal_ws, vec3 light_ws, float noise_m, uvec2 ids, uint id) {
+// A rasteriser finds the slopes of depth as differences of float32 products over the triangle's area. Over a triangle of length L texels and
+// width w that is wrong by up to 2^-23 L / w of the slope, and by L times that at its far end. `edge_1`, `edge_2` of the triangle.
+float interpolation_blur(vec3 grad_s, vec3 grad_t, vec3 edge_1, vec3 edge_2) {
+    vec2 e = vec2(dot(grad_s, edge_1), dot(grad_t, edge_1)), f = vec2(dot(grad_s, edge_2), dot(grad_t, edge_2)), g = f - e;
+    float squared = max(dot(e, e), max(dot(f, f), dot(g, g)));
+    return 1.2e-7 * squared * sqrt(squared) / max(abs(e.x * f.y - e.y * f.x), 1e-6 * squared);
+}
+
+// `grad_s`, `grad_t` of texel_gradients; `noise_m` and `ids` of the surface seen, `blur` of its triangle.
+Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 normal_ws, vec3 light_ws, float noise_m, float blur,
+                     uvec2 ids, uint id) {
     Receiver r;
+    r.blur = blur;
     r.normal_ws = normal_ws;
     r.light_ws = light_ws;
     r.map = map;

@@ -1,14 +1,16 @@
 // The triangle-exact test (method §8): the map says which triangles are near the light's ray, the ray itself decides.
 //
 // Dark iff the ray from the receiver towards the light hits the surface of a triangle stored in the cells round it (REACH cells each way;
-// its own triangle excluded), or everything stored there stands higher above the receiver's plane than far_m: then something whose own
-// edge lies elsewhere, or that never won a cell, covers it. A surface is followed from the stored triangle over its edges towards the ray,
+// its own triangle excluded; with OUTLINES also those whose edges cross these cells, which finds parts thinner than a cell), or everything
+// stored there stands higher above the receiver's plane than far_m: then something whose own edge lies elsewhere, or that never won a cell,
+// covers it. A surface is followed from the stored triangle over its edges towards the ray,
 // so that slivers too thin to win a cell are found; it ends where it has a border or folds back. Where it cannot be followed, the nearest
 // cell's depth decides. No bias: only float32's noise, within which another plane is the same plane (coplanar neighbours, coincident faces).
 uniform sampler2DArray u_shadow_depth;
 uniform usampler2DArray u_shadow_ids;
+uniform usampler2DArray u_outline_ids;  // of the triangles whose edges cross each cell: OUTLINES
 uniform usamplerBuffer u_links;  // beside the indices: the triangle across the edge from corner k to k + 1, or one of these
-const uint NOTHING = 0xFFFFFFFFu, SEVERAL = 0xFFFFFFFEu;
+const uint NOTHING = 0xFFFFFFFFu, SEVERAL = 0xFFFFFFFEu, NOWHERE = 0xFFFFFFFDu;
 uniform float u_epsilon_far;   // metres along the ray; negative: FAR_TEXELS texels
 
 // A triangle as the parallel rays of one receiver see it. A ray displaced by d hits it iff the edge functions inside + turn . d have one sign.
@@ -49,7 +51,7 @@ bool is_ahead(Receiver r, Triangle t, vec3 offset) {
 // A walk over one surface towards a ray.
 struct Walk {
     uvec2 at;      // slot + 1, triangle
-    uint before;   // the triangle come from
+    uint before;   // the triangle come from, NOWHERE at the start
     int steps;
 };
 const int GOES_ON = 0, HITS = 1, MISSES = 2, UNKNOWN = 3;
@@ -79,32 +81,41 @@ int walk_on(Receiver r, vec3 offset, inout Walk w) {
     return next == NOTHING ? MISSES : next == SEVERAL ? UNKNOWN : GOES_ON;
 }
 
+uvec2 triangle_near(ivec3 at, bool of_outline) {
+#if OUTLINES
+    if (of_outline) return texelFetch(u_outline_ids, at, 0).rg;
+#endif
+    return texelFetch(u_shadow_ids, at, 0).rg;
+}
+
 // Is the place `step` texels from the receiver's, on its plane, in shadow?
 bool is_dark(Receiver r, vec2 step) {
-    const int window = 2 * REACH + 1, cells = window * window;
+    const int window = 2 * REACH + 1, cells = window * window, places = OUTLINES != 0 ? 2 * cells : cells;
     vec3 across = step.x * r.step_s + step.y * r.step_t;
     vec3 offset = across - r.light_ws * (dot(r.normal_ws, across) / max(r.facing, 1e-3));  // along the light onto the receiver's plane
     ivec2 nearest = ivec2(floor(r.texel + step));
     float far_m = u_epsilon_far >= 0.0 ? u_epsilon_far * r.facing : FAR_TEXELS * footprint_m(r);
-    float lowest = 1e30;
+    float lowest = 1e30, height;
     bool is_walking = false, is_doubtful = false;
     Walk walk;
     uvec2 first = uvec2(0u), last = uvec2(0u);
     int next = 0;
     for (;;) {
-        while (!is_walking && next < cells) {
-            int place = (next + cells / 2) % cells;  // the nearest cell first
+        while (!is_walking && next < places) {
+            int place = (next + cells / 2) % cells;  // the nearest cell first, outlines after the map
             ivec3 at = ivec3(clamped_cell(nearest + ivec2(place % window, place / window) - REACH), r.map);
-            uvec2 ids = texelFetch(u_shadow_ids, at, 0).rg;
-            float height = height_above(r, vec3(cell_ndc(at.xy), texelFetch(u_shadow_depth, at, 0).r * 2.0 - 1.0));
-            lowest = min(lowest, height);
+            uvec2 ids = triangle_near(at, next >= cells);
+            if (next < cells) {
+                height = height_above(r, vec3(cell_ndc(at.xy), texelFetch(u_shadow_depth, at, 0).r * 2.0 - 1.0));
+                lowest = min(lowest, height);
+            }
             is_walking = ids.x != 0u && ids != r.ids && ids != first && ids != last;
             if (next == 0) {
                 first = ids;
                 is_doubtful = is_walking && height > automatic_bias_m(r);
             }
             last = ids;
-            walk = Walk(ids, SEVERAL, 0);
+            walk = Walk(ids, NOWHERE, 0);
             ++next;
         }
         if (!is_walking) break;

@@ -26,18 +26,31 @@ struct Surface {
     vec3 normal_ws;
     vec3 position_ws;
     float noise_m;
+    vec3 edge_1, edge_2;
 };
+
+// The rasteriser gives a triangle pixels whose centres lie a fraction of a pixel beyond its edge. There its plane may lie below its
+// neighbour's, which the exact test would find in the way: such a point is moved onto the edge, by `most` at the most.
+vec3 moved_inside(vec3 x, vec3 from, vec3 to, vec3 normal, float most) {
+    vec3 inwards = cross(normal, to - from);
+    float across = dot(inwards, x - from) / max(length(inwards), 1e-30);
+    return x - inwards * (clamp(across, -most, 0.0) / max(length(inwards), 1e-30));
+}
 
 Surface surface_seen(uvec4 info, uint slot, uint triangle, vec3 start, vec3 along, float view_depth) {
     vec3 a = corner_ws(info, slot, triangle * 3u), b = corner_ws(info, slot, triangle * 3u + 1u), c = corner_ws(info, slot, triangle * 3u + 2u);
-    vec3 n = cross(b - a, c - a);
-    n /= max(length(n), 1e-30);
-    n = dot(n, along) > 0.0 ? -n : n;
+    vec3 turn = cross(b - a, c - a);
+    turn /= max(length(turn), 1e-30);
+    vec3 n = dot(turn, along) > 0.0 ? -turn : turn;
     vec3 x = start + along * view_depth;
     float slope = dot(n, along);
     if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -1e-3 * view_depth, 1e-3 * view_depth);
+#if TEST == TEST_TRIANGLE
+    float most = 1e-4 * view_depth;
+    x = moved_inside(moved_inside(moved_inside(x, a, b, turn, most), b, c, turn, most), c, a, turn, most);
+#endif
     vec3 size = max(abs(x), max(abs(start), abs(a)));
-    return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z));
+    return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z), b - a, c - a);
 }
 
 void background() {
@@ -76,8 +89,11 @@ void main() {
         if (faces) {
             mat2 on_surface = FILTER_UNIT == FILTER_PIXELS ? texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric) : mat2(1.0);
             light = 1.0;
-            if (all(lessThanEqual(abs(q.xy), vec2(1.0))))
-                light = light_at(receiver_at(map, q, grad_s, grad_t, x_ws, geometric, light_ws, seen.noise_m, ids, id_of(info)), on_surface);
+            if (all(lessThanEqual(abs(q.xy), vec2(1.0)))) {
+                float blur = interpolation_blur(grad_s, grad_t, seen.edge_1, seen.edge_2);
+                light = light_at(receiver_at(map, q, grad_s, grad_t, x_ws, geometric, light_ws, seen.noise_m, blur, ids, id_of(info)),
+                                 on_surface);
+            }
         }
         if (DATA != 0 || u_display == 2) {
             vec3 towards_eye = -normalize(along);

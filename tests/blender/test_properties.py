@@ -44,7 +44,7 @@ CHANGES = {
     "partition": "z-pssm", "partitions": 6, "cut": "view", "split_weight": 0.7, "alpha": (2.0, 2.5, 4.0),
     "map_size": 2048, "fit": "scene", "margin": 2.5,
     "test": "id-depth", "depths": 4, "pcf": "9", "filter_unit": "pixel", "filter_width": 2.5, "bias_strategy": "slope-scaled",
-    "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True,
+    "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True, "outlines": True,
     "display": "aliasing", "samples": "9", "light_strength": 1.5, "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1),
     "use_object_colors": False, "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5),
     "impostor_use": "manual", "impostor_fresh": False, "impostor_projection": "orthographic", "impostor_back": False,
@@ -68,6 +68,7 @@ NEEDS = {
     "filter_unit": {"pcf": "9"},
     "filter_width": {"pcf": "9"},
 }
+NEEDS["outlines"] = {"test": "triangle"}
 NEEDS |= dict.fromkeys(("epsilon", "epsilon_far", "id_per_material"), {"test": "id-depth"})
 
 

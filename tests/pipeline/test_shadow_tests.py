@@ -193,6 +193,18 @@ def test_exact_test_is_right_where_the_depth_test_is_a_texel_off(renderer, make,
     assert exact <= max(0.35 * depth, 3e-3)
 
 
+@pytest.mark.parametrize(("warp", "partition"), [("uniform", "none"), ("logpsm", "none"), ("lispsm-general", "z-adaptive")])
+def test_outlines_find_wires_that_no_texel_shows(renderer, warp, partition):
+    """Wires a fifth of a texel thick, each of eight triangles: most pixels' nine cells know none of them."""
+    wires = [scenes.rod((x, -3.0, 1.5), (x + 1.0, 3.0, 1.7), 0.006, 4) for x in np.arange(-3.0, 3.0, 0.7)]
+    scene, light = scenes.scene_of(scenes.floor(8.0), scenes.joined(*wires)), scenes.sun(30.0, 20.0)
+    plain, _ = misclassified(renderer, scene, settings(warp, partition, size=64, kind="triangle"), light)
+    outlined, acne = misclassified(renderer, scene, settings(warp, partition, size=64, kind="triangle", outlines=True), light)
+    assert plain > 0.002
+    assert outlined <= 0.1 * plain
+    assert acne == 0.0
+
+
 @pytest.mark.parametrize("warp", ["uniform", "lispsm-general", "logpsm"])
 @pytest.mark.parametrize("partition", ["none", "z-adaptive", "faces"])
 def test_exact_test_serves_every_warp_and_partition(renderer, warp, partition):

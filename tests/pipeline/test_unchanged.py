@@ -19,6 +19,7 @@ CHANGES = {  # a request's field, or a group of the settings' fields
     "warp": ({"kind": "lispsm-general"}, {"kind": "uniform"}, {"kind": "logpsm"}), "partition": ({"kind": "none"}, {"kind": "z-log"}),
     "fit": ({"kind": "samples", "size": 64}, {"kind": "scene", "size": 64}, {"kind": "samples", "size": 96}),
     "test": ({}, {"kind": "id-depth"}, {"kind": "id-depth", "id_per_material": True}, {"depths": 2, "pcf": 4}, {"kind": "triangle"},
+             {"kind": "triangle", "outlines": True},
              {"bias_strategy": "constant", "bias": 0.01}),
     "shading": ({"samples": 1}, {"samples": 4}, {"display": "aliasing", "samples": 1}),
 }
