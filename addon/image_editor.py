@@ -38,10 +38,12 @@ def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bp
 
 def displayed(picture: np.ndarray) -> np.ndarray:
     """A uint8 or uint16 picture as files hold it (sRGB), grey or RGB, as the (h, w, 4) opaque linear values that an editor shows alike."""
-    values = picture.astype(np.float32) / np.float32(np.iinfo(picture.dtype).max)
+    most = np.iinfo(picture.dtype).max
+    values = np.arange(most + 1, dtype=np.float32) / np.float32(most)
+    linear = linear_from_srgb(np.stack([values] * 3, axis=-1))[:, 0].astype(np.float32)  # of every value there can be
     out = np.ones((*picture.shape[:2], 4), np.float32)
-    out[..., :3] = values[..., None] if values.ndim == 2 else values
-    return linear_from_srgb(out)
+    out[..., :3] = linear[picture if picture.ndim == 3 else picture[..., None]]
+    return out
 
 
 def save_as_render(image: bpy.types.Image, path: Path, scene: bpy.types.Scene) -> None:

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import inf
 
 import bpy
 
 from .. import session, sources
-from ..advice import Advice, Goal, Shot, Step, advice_report, advise
+from ..advice import Advice, Goal, Shot, advice_report, advise
 from ..advice.goal import MOST_FRAMES, picked_frames
 from ..errors import Cancelled, UserError
+from ..job import Cancels, Progress
 from ..properties import store
 from ..snapshot import camera_from_object
-from .background import JobOperator, PendingView
+from .background import JobOperator, OnThread, PendingView
 
 MEBI = 2**20
 GOALS = (
@@ -24,47 +25,27 @@ GOALS = (
 )
 
 
-class PendingAdvice:
-    """The search on a thread of its own, asked as `Pending` is."""
-
-    def __init__(self, shots: list[Shot], goal: Goal, seconds: float) -> None:
-        self.progress = (0.0, "reading the picture")
-        self._is_given_up = False
-        executor = ThreadPoolExecutor(1, "cad-shadow-advice")
-        self._future: Future[Advice] = executor.submit(self._search, advise(shots, goal, seconds))
-        executor.shutdown(wait=False)
-
-    def _search(self, steps: Generator[Step, None, Advice]) -> Advice:
-        while not self._is_given_up:
-            try:
-                step = next(steps)
-            except StopIteration as stop:
-                return stop.value
-            self.progress = step.fraction, step.text
-        raise Cancelled("Cancelled.")
-
-    def done(self) -> bool:
-        """True when `result` will not wait."""
-        return self._future.done()
-
-    def cancel(self) -> None:
-        """Give it up after the step it is in."""
-        self._is_given_up = True
-
-    def result(self) -> Advice:
-        """What was found; raises `UserError`."""
-        return self._future.result()
+def searched(shots: list[Shot], goal: Goal, seconds: float, say: Progress, is_given_up: Cancels) -> Advice:
+    """The whole search, for a thread of its own. Raises `UserError`, `Cancelled` when it is given up."""
+    steps = advise(shots, goal, seconds)
+    while not is_given_up():
+        try:
+            step = next(steps)
+        except StopIteration as stop:
+            return stop.value
+        say(step.fraction, step.text)
+    raise Cancelled("Cancelled.")
 
 
 class PendingFrames:
     """Frames of the animation being read one after another, then the search; asked as `Pending` is. The scene's frame is put back."""
 
-    def __init__(self, context: bpy.types.Context, ask: Callable[[list[Shot]], PendingAdvice]) -> None:
+    def __init__(self, context: bpy.types.Context, ask: Callable[[list[Shot]], OnThread]) -> None:
         self._ask, self._scene = ask, context.scene
         self._kept = self._scene.frame_current
         self._left = list(picked_frames(self._scene.frame_start, self._scene.frame_end))
         self._shots: list[Shot] = []
-        self._pending: PendingAdvice | None = None
+        self._pending: OnThread | None = None
         self._error: UserError | None = None
         self._reading: sources.ViewReading | None = None
 
@@ -168,9 +149,13 @@ class CAD_SHADOW_OT_advise(JobOperator, bpy.types.Operator):
         """Have the frames read, then the search begun."""
         goal = Goal(texels=round(self.texels * MEBI)) if self.goal == "TEXELS" else Goal(error=self.error)
         seconds = self.seconds
+
+        def search(shots: list[Shot]) -> OnThread:
+            return OnThread(partial(searched, shots, goal, seconds))
+
         if self.use_animation:
-            return PendingFrames(context, lambda shots: PendingAdvice(shots, goal, seconds))
-        return PendingView(context, lambda reading: PendingAdvice([Shot(reading.job(bpy.context))], goal, seconds))
+            return PendingFrames(context, search)
+        return PendingView(context, lambda reading: search([Shot(reading.job(bpy.context))]))
 
     def take(self, _context: bpy.types.Context, advice: Advice) -> None:
         """The panel shows it."""

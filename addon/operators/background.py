@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Protocol
 
 import bpy
 
 from .. import session, sources
 from ..errors import Cancelled, UserError
-from ..job import Outcome, Pending
+from ..job import Cancels, Outcome, Pending, Progress
 from ..redraw import redraw
 from .ticking import Ticking
 
@@ -120,6 +121,33 @@ class Ready:
     def result(self) -> object:
         """What it was made with."""
         return self._result
+
+
+class OnThread:
+    """Work on a thread of its own, asked as `Pending` is: `work(say, is_given_up)` may tell `say(fraction, stage)` how far it is and asks
+    `is_given_up()` now and then. It must not touch Blender."""
+
+    def __init__(self, work: Callable[[Progress, Cancels], object]) -> None:
+        self.progress = (0.0, "")
+        self._is_given_up = False
+        executor = ThreadPoolExecutor(1, "cad-shadow-work")
+        self._future = executor.submit(work, self._say, lambda: self._is_given_up)
+        executor.shutdown(wait=False)
+
+    def _say(self, fraction: float, stage: str) -> None:
+        self.progress = (fraction, stage)
+
+    def done(self) -> bool:
+        """True when `result` will not wait."""
+        return self._future.done()
+
+    def cancel(self) -> None:
+        """Give it up where the work next asks."""
+        self._is_given_up = True
+
+    def result(self) -> object:
+        """What came of it; raises what it raised."""
+        return self._future.result()
 
 
 class JobOperator(Ticking, NeedsMeshes):

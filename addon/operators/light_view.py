@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
+from typing import TYPE_CHECKING
+
 import bpy
 
 from .. import image_editor
-from ..errors import UserError
-from ..job import Outcome
+from ..job import Cancels, Job, Outcome, Progress, run
 from ..light_view import SIZE, light_picture
-from .background import JobOperator
+from .background import JobOperator, OnThread, PendingView
+
+if TYPE_CHECKING:
+    import numpy as np
+
+
+def seen_by_light(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcome, np.ndarray]:
+    """The view's outcome, and the light's picture as an editor shows it."""
+    outcome = run(job, lambda fraction, stage: say(0.5 * fraction, stage), is_given_up)
+    say(0.5, "the light's view")
+    return outcome, image_editor.displayed(light_picture(outcome.job, outcome.frame.plan, SIZE))
 
 
 class CAD_SHADOW_OT_light_view(JobOperator, bpy.types.Operator):
@@ -18,16 +30,18 @@ class CAD_SHADOW_OT_light_view(JobOperator, bpy.types.Operator):
     bl_label = "Light's View"
     bl_options = {"REGISTER"}
 
-    def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
-        """Draw and show the picture."""
-        try:
-            picture = light_picture(outcome.job, outcome.frame.plan, SIZE)
-        except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return
-        image_editor.show(
-            context, image_editor.to_image(image_editor.displayed(picture), f"{image_editor.NAME}: light's view", is_data=True)
-        )
+    def start(self, context: bpy.types.Context) -> PendingView:
+        """Ask for the view's maps, then for the picture."""
+        return PendingView(context, lambda reading: OnThread(partial(seen_by_light, reading.job(bpy.context))))
+
+    def take(self, context: bpy.types.Context, result: tuple[Outcome, np.ndarray]) -> None:
+        """Show the picture; the Quality panel lists the view's numbers."""
+        outcome, picture = result
+        super().take(context, outcome)
+        image_editor.show(context, image_editor.to_image(picture, f"{image_editor.NAME}: light's view", is_data=True))
+
+    def finish(self, _context: bpy.types.Context, _outcome: Outcome) -> None:
+        """The picture says it all."""
 
 
 OPERATOR = CAD_SHADOW_OT_light_view

@@ -1,5 +1,7 @@
 """Operators on a timer: they end, fail and are given up without leaving their timer behind."""
 
+import itertools
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -68,3 +70,38 @@ def test_a_defect_leaves_no_timer(window, operator):
     with pytest.raises(RuntimeError, match="defect"):
         working.modal(context, TICK)
     assert log == []
+
+
+@pytest.fixture
+def background(extension):
+    import importlib
+
+    return importlib.import_module(f"{extension.__name__}.operators.background")
+
+
+def test_work_on_a_thread_says_how_far_it_is_and_what_came_of_it(background):
+    is_told, may_end = threading.Event(), threading.Event()
+
+    def work(say, _is_given_up):
+        say(0.5, "half")
+        is_told.set()
+        may_end.wait(10)
+        return "done"
+
+    pending = background.OnThread(work)
+    assert is_told.wait(10) and not pending.done() and pending.progress == (0.5, "half")
+    may_end.set()
+    assert pending.result() == "done" and pending.done()
+
+
+def test_work_given_up_is_told_so(background):
+    pending = background.OnThread(lambda _say, is_given_up: next(i for i in itertools.count() if is_given_up()))
+    assert not pending.done()
+    pending.cancel()
+    assert isinstance(pending.result(), int)
+
+
+def test_what_the_work_raises_is_raised_where_its_result_is_taken(background):
+    pending = background.OnThread(lambda *_: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        pending.result()
