@@ -21,6 +21,7 @@ def find_or_make(context: bpy.types.Context) -> bpy.types.Object:
     sun = next((ob for ob in wishes if is_sun(ob) and ob.name in layer.objects and ob.visible_get()), None)
     if sun is None:
         sun = bpy.data.objects.new(NAME, bpy.data.lights.new(NAME, "SUN"))
+        sun.data.energy = 1.0  # as Add > Light > Sun makes it; Blender's data has 10, which bleaches everything
         context.scene.collection.objects.link(sun)
         context.view_layer.update()
     props.light_source, props.light = "OBJECT", sun

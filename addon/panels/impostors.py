@@ -37,7 +37,7 @@ LIFE = (
     "impostor_fresh",
 )
 ICONS = {"sprite": "IMAGE_DATA", "warp": "MOD_WARP", "regenerated": "FILE_REFRESH", "geometry": "MESH_DATA", "hidden": "HIDE_ON"}
-COLUMNS = (("Name", 0.56), ("Error", 0.42), ("Age", 0.42), ("MiB", 1.0))
+COLUMNS = (("Name", 0.52), ("Error", 0.4), ("Age", 0.5), ("MiB", 1.0))
 """The list's columns; each takes its share of what those before it leave. The error stands there in per cent of its limit."""
 
 

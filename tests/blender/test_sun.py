@@ -62,7 +62,7 @@ def test_a_scene_without_a_sun_gets_one_and_undo_takes_it_away(blend, noon):
     blend.ops.mesh.primitive_cube_add()
     blend.ops.ed.undo_push(message="before")
     assert blend.ops.cad_shadow.place_sun() == {"FINISHED"}
-    assert sun_of(blend).data.type == "SUN"
+    assert sun_of(blend).data.type == "SUN" and sun_of(blend).data.energy == 1.0, "as bright as one added by hand"
     blend.ops.ed.undo_push(message="after")  # what the window does after an operator with UNDO
     blend.ops.ed.undo()
     assert not [o for o in blend.context.scene.objects if o.type == "LIGHT"]

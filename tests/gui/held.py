@@ -47,7 +47,10 @@ class Calls:
             finally:
                 listed.append(1e3 * (time.perf_counter() - start))
 
-        return timed
+        def modal(self, context, event):  # Blender counts an operator's arguments
+            return timed(self, context, event)
+
+        return modal if function.__name__ == "modal" else timed
 
     def stop(self) -> tuple[float, str]:
         """Put the functions back; the longest call and its name."""
