@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from harness import close_extra_windows, results, run, save, settle, step, until, view  # noqa: E402 - see above
 from room import ENGINE, addon, here  # noqa: E402
 
-FRAMES, EDITS = 30, 12
+FRAMES, EDITS = 16, 8
 ASKED_EVERY_S = 0.002
 MESHES = 100  # that the objects of the field share
 
