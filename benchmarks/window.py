@@ -20,7 +20,7 @@ from benchmarks.tables import table
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, RESULTS, TAKEN = ROOT / "docs" / "window.md", ROOT / "benchmarks" / "results" / "window.json", ROOT / "build" / "gui" / "result.json"
 MARKED = re.compile(r"(<!-- window: ([a-z]+) -->\n).*?(<!-- end -->)", re.DOTALL)
-OBJECTS, MESHES, ROUNDS = (1_000, 10_000), 100, 15
+OBJECTS, MESHES, ROUNDS = (1_000, 10_000), 100, 40
 
 
 def field(count: int) -> None:
