@@ -6,14 +6,14 @@ receives its shadows and follows its light. It stays valid as long as the slots 
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 
 from ..errors import GpuError, SceneError
-from ..maths.relief import CaptureFrame, depth_from_relief
+from ..maths.relief import CaptureFrame, depth_from_relief, shift_unit
 from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
 from .device import Device
 from .draw_list import DrawList
@@ -21,14 +21,18 @@ from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, dr
 from .readback import read_texture
 
 TILE = 8
+"""Texels per side of the squares that view rays leap over."""
+CONTINUOUS_TEXELS = 1.0
+"""Depth steps up to so many texels between neighbours are one surface: the ray meets it instead of passing through the gap."""
 
 
 @dataclass(eq=False)
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` R32F the nearest |relief| of every `TILE` × `TILE` texels (row 0 first, with an empty rim), `nearest` of all. `depth_m`,
-    `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows something.
+    `tiles` RG32F the nearest |relief| of every `TILE` × `TILE` texels, and the farthest at which a ray may meet what they hold (row 0
+    first, with an empty rim); `nearest` of all. `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at
+    the top: whether any of the texel shows something; `content_uv` (2, 2) the smallest and largest (u, v) of those that do.
     """
 
     frame: CaptureFrame
@@ -39,6 +43,7 @@ class ImpostorTextures:
     depth_m: np.ndarray
     back_m: np.ndarray
     mask: np.ndarray
+    content_uv: np.ndarray
     fingerprint: Hashable
     is_released: bool = False
 
@@ -101,28 +106,45 @@ def capture(
     except (SceneError, GpuError):
         texels.release()
         raise
-    tiles = nearest_of_tiles(layers)
+    tiles = reach_of_tiles(layers, CONTINUOUS_TEXELS * shift_unit(frame))
     return ImpostorTextures(
         frame,
         texels,
         _texture(device.context, tiles),
-        max(0.0, float(tiles.min())),
+        max(0.0, float(tiles[..., 0].min())),
         edges,
         depth,
         ends,
         mask,
+        _content_uv(mask),
         fingerprint(draw_list, rows),
     )
 
 
-def nearest_of_tiles(layers: np.ndarray) -> np.ndarray:
-    """(⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2) float32: no front surface in the square lies nearer, its slopes included; `EMPTY` without one and on
-    the rim."""
-    nearest = np.abs(layers[..., 0]) - 0.5 * np.abs(layers[..., 1:3]).sum(axis=-1)
-    height, width = (-(-n // TILE) for n in nearest.shape)
-    padded = np.full((height * TILE, width * TILE), EMPTY, np.float32)
-    padded[: nearest.shape[0], : nearest.shape[1]] = nearest
-    return np.pad(padded.reshape(height, TILE, width, TILE).min(axis=(1, 3)), 1, constant_values=EMPTY)
+def _content_uv(mask: np.ndarray) -> np.ndarray:
+    """(2, 2) smallest and largest (u, v) of the texels of a mask (h, w) that is not empty."""
+    v, u = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+    return np.array([[u[0], v[0]], [u[-1] + 1.0, v[-1] + 1.0]])
+
+
+def reach_of_tiles(layers: np.ndarray, continuous: float) -> np.ndarray:
+    """(⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2, 2) float32 of texels (h, w, 4): no front surface in the square lies nearer than the first, its slopes
+    included; behind the second a ray meets neither a surface nor a back (nor a neighbour's, as edge texels show them). `EMPTY` and −1
+    without one and on the rim. `continuous`: steps of |relief| up to this are one surface."""
+    front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1:3]).sum(axis=-1)
+    behind = np.where(front < EMPTY, np.maximum(layers[..., 3], front + 2.0 * slopes + continuous), np.float32(-1.0))
+    around = np.pad(behind, 1, constant_values=-1.0)
+    rows = np.maximum(np.maximum(around[:-2], around[1:-1]), around[2:])
+    behind = np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+    return np.stack([_of_tiles(front - 0.5 * slopes, EMPTY, np.min), _of_tiles(behind, -1.0, np.max)], axis=-1)
+
+
+def _of_tiles(image: np.ndarray, empty: float, reduce: Callable[..., np.ndarray]) -> np.ndarray:
+    """`reduce` (a ufunc-like with `axis`) of every tile of an image (h, w), continued by `empty` to whole tiles."""
+    height, width = (-(-n // TILE) for n in image.shape)
+    padded = np.full((height * TILE, width * TILE), empty, np.float32)
+    padded[: image.shape[0], : image.shape[1]] = image
+    return np.pad(reduce(padded.reshape(height, TILE, width, TILE), axis=(1, 3)), 1, constant_values=empty)
 
 
 def _texture(context: moderngl.Context, image: np.ndarray) -> moderngl.Texture:

@@ -17,14 +17,14 @@ from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .device import Device
 from .gbuffer_pass import GBuffer
-from .impostor_capture import TILE, ImpostorTextures
+from .impostor_capture import CONTINUOUS_TEXELS, TILE, ImpostorTextures
 from .impostor_texels import DEFINES, EMPTY, ImpostorTexels
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 
 METHODS = ("inverse", "forward")
 _KINDS = {"inverse": 0, "sprite": 1, "forward": 2}
-CONTINUOUS_TEXELS = 1.0
-"""Depth steps up to so many texels between neighbours are one surface: the ray meets it instead of passing through the gap."""
+BLOCK_TEXELS = 16
+"""Side of the blocks in which an impostor is drawn: those that no surface can be seen in are left out."""
 LARGEST_PREWARP = 2
 """The pre-warped texture is at most so many times as large as the captured one, per side."""
 
@@ -72,21 +72,21 @@ def draw_impostor(
     """
     frame = impostor.frame
     warp = relief_warp(frame, camera)
-    extent = np.array([[0.0, 0.0], [frame.width, frame.height]]) if method == "sprite" else visible_extent(frame, hull_ws, camera)
+    extent = impostor.content_uv if method == "sprite" else _seen_extent(impostor, hull_ws, camera, warp)
     source = _Source(impostor.texels, impostor.tiles, (frame.width, frame.height))
     scratch = None
     if method == "forward":
-        extent = _whole_texels(extent, frame)
+        extent = _whole_texels(visible_extent(frame, hull_ws, camera), frame)
         scratch = _Prewarped(device, source, frame, warp, extent)
         source = scratch.source
-    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS[method], TILE=TILE, FILL=fill, CASTER=0, **DEFINES)
-    _set(program, frame, camera, warp, extent, source)
+    program = _program(device, method, fill=fill)
+    _set(program, frame, camera, warp, source)
     behind = behind_texels * shift_unit(frame)
-    set_uniforms(program, u_nearest=impostor.nearest, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
+    set_uniforms(program, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
     source.bind()
     target.use()
     device.context.enable_only(moderngl.DEPTH_TEST)
-    _render(device.context, program, moderngl.TRIANGLE_STRIP, 4)
+    _render_blocks(device.context, program, impostor, extent)
     if scratch is not None:
         scratch.release()
 
@@ -94,31 +94,34 @@ def draw_impostor(
 def draw_caster(device: Device, impostor: ImpostorTextures, clip_from_world: np.ndarray) -> None:
     """Draw the depth of an impostor captured from the light into the bound shadow map of projection `clip_from_world` (4, 4)."""
     frame = impostor.frame
-    program = device.programs.get("impostor_quad.vert", "impostor.frag", METHOD=_KINDS["sprite"], TILE=TILE, FILL=0, CASTER=1, **DEFINES)
+    program = _program(device, "sprite", caster=True)
     set_uniforms(
         program,
         u_clip_from_texel=matrix_bytes(clip_from_texel(frame, clip_from_world)),
-        u_extent=(0.0, 0.0, float(frame.width), float(frame.height)),
         u_size=(frame.width, frame.height),
         u_fade=1.0,
         u_behind=0.0,
     )
-    impostor.texels.bind()
-    _render(device.context, program, moderngl.TRIANGLE_STRIP, 4)
+    _Source(impostor.texels, impostor.tiles, (frame.width, frame.height)).bind()
+    _render_blocks(device.context, program, impostor, impostor.content_uv)
 
 
-def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: ReliefWarp, extent: np.ndarray, source: _Source) -> None:
-    """All uniforms of the quad but the fade."""
+def _program(device: Device, method: str, *, fill: bool = False, caster: bool = False) -> moderngl.Program:
+    """The program that draws by this method."""
+    kind = {"METHOD": _KINDS[method], "FILL": fill, "CASTER": caster, "TILE": TILE, "BLOCK": BLOCK_TEXELS}
+    return device.programs.get("impostor_blocks.vert", "impostor.frag", **kind, **DEFINES)
+
+
+def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> None:
+    """All uniforms of the view and the texture but the fade."""
     away, view_row = _away(frame), -camera.view_from_world[2] @ frame.world_from_plane
     set_uniforms(
         program,
         u_clip_from_texel=matrix_bytes(clip_from_texel(frame, camera.clip_from_world)),
-        u_extent=tuple(map(float, extent.ravel())),
         u_view_depth_from_texel=(float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
         u_warp=tuple(float(k) * away for k in warp.K),
         u_size=source.size,
         u_source_w=float(frame.source[3]) * away,
-        u_deepest=_deepest(frame),
         u_corner=source.corner,
         u_continuous=CONTINUOUS_TEXELS * shift_unit(frame),
     )
@@ -158,12 +161,35 @@ class _Prewarped:
             thing.release()
 
 
+def _seen_extent(impostor: ImpostorTextures, hull_ws: np.ndarray, camera: Camera, warp: ReliefWarp) -> np.ndarray:
+    """(2, 2) the part of the plane under which `camera` can see what the texels hold: within the bounds, on rays of full texels."""
+    frame = impostor.frame
+    within = visible_extent(frame, hull_ws, camera)
+    corners = np.array([[u, v] for u in impostor.content_uv[:, 0] for v in impostor.content_uv[:, 1]])
+    ends = np.concatenate([warp.forward(corners, np.full(4, relief)) for relief in (0.0, frame.deepest_relief)])
+    low, high = np.maximum(within[0], ends.min(axis=0)), np.minimum(within[1], ends.max(axis=0))
+    return np.stack([low, np.maximum(low, high)])
+
+
 def _whole_texels(extent: np.ndarray, frame: CaptureFrame) -> np.ndarray:
     """(2, 2) the extent grown to whole texels and kept within `LARGEST_PREWARP` times the texture round its middle."""
     size = np.array([frame.width, frame.height])
     low, high = np.floor(extent[0] - 0.5), np.ceil(extent[1] + 0.5)
     reach = LARGEST_PREWARP * size // 2
     return np.stack([np.maximum(low, size // 2 - reach), np.minimum(high, size // 2 + reach)])
+
+
+def _render_blocks(context: moderngl.Context, program: moderngl.Program, impostor: ImpostorTextures, extent: np.ndarray) -> None:
+    """Draw the part `extent` (2, 2) of the plane block by block."""
+    columns, rows = np.maximum(np.ceil((extent[1] - extent[0]) / BLOCK_TEXELS), 1.0).astype(int)
+    set_uniforms(
+        program,
+        u_extent=tuple(map(float, extent.ravel())),
+        u_columns=int(columns),
+        u_nearest=impostor.nearest,
+        u_deepest=_deepest(impostor.frame),
+    )
+    _render(context, program, moderngl.TRIANGLES, 6 * int(columns) * int(rows))
 
 
 def _render(context: moderngl.Context, program: moderngl.Program, mode: int, vertices: int) -> None:

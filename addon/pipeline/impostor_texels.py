@@ -22,7 +22,7 @@ from .readback import read_texture
 EMPTY = np.float32(1e9)
 SAMPLES = 2
 """Samples per texel and side."""
-BYTES_PER_TEXEL = 42
+BYTES_PER_TEXEL = 40
 APART_TEXELS = 0.25
 """Surfaces nearer to each other than this are one when the back layer is peeled."""
 STEEPEST = 64.0
@@ -32,11 +32,10 @@ DEFINES = {"EMPTY": f"{EMPTY:.1f}", "STEEPEST": f"{STEEPEST:.1f}"}
 
 @dataclass(eq=False)
 class ImpostorTexels:
-    """What the drawing shaders read: `layers` RGBA32F (±|relief|, its gradient per texel in u and v, |relief| of the back), `edges` R16UI,
-    `normal`, `ids` as in the G-buffer, and the same of the back layer. `common_impostor.glsl` says how edges are kept."""
+    """What the drawing shaders read: `layers` RGBA32F (±|relief|, its gradient per texel in u and v, |relief| of the back), `normal`, `ids`
+    as in the G-buffer, and the same of the back layer. `common_impostor.glsl` says how edges are kept in the gradients."""
 
     layers: moderngl.Texture
-    edges: moderngl.Texture
     normal: moderngl.Texture
     ids: moderngl.Texture
     back_normal: moderngl.Texture
@@ -45,7 +44,7 @@ class ImpostorTexels:
     @classmethod
     def of_size(cls, context: moderngl.Context, size: tuple[int, int]) -> ImpostorTexels:
         """New textures."""
-        return cls(*(_texture(context, size, *kind) for kind in ((4, "f4"), (1, "u2"), (2, "f2"), (2, "u4"), (2, "f2"), (2, "u4"))))
+        return cls(*(_texture(context, size, *kind) for kind in ((4, "f4"), (2, "f2"), (2, "u4"), (2, "f2"), (2, "u4"))))
 
     def bind(self) -> None:
         """Bind all to their units."""
@@ -72,12 +71,14 @@ def draw_texels(device: Device, draw_list: DrawList, rows: np.ndarray, frame: Ca
     front.bind("sample_")
     back.bind("back_")
     unit = shift_unit(frame)
-    targets = [texels.layers, texels.normal, texels.ids, texels.back_normal, texels.back_ids]
+    bare = _texture(context, size, 4, "f4")
+    targets = [bare, texels.normal, texels.ids, texels.back_normal, texels.back_ids]
     _gather(device, "impostor_texels.frag", targets, unit, frame)
     texels.bind()
-    _gather(device, "impostor_edges.frag", [texels.edges], unit, frame)
+    bare.use(SAMPLER_UNITS["u_layers"])
+    _gather(device, "impostor_edges.frag", [texels.layers], unit, frame)
     device.unbind()
-    for target in samples:
+    for target in (*samples, bare):
         target.release()
     return texels
 

@@ -38,7 +38,6 @@ SAMPLER_UNITS = {
     "u_back_normal": 16,
     "u_back_ids": 17,
     "u_tiles": 18,
-    "u_edges": 19,
     "u_sample_layers": 20,
     "u_sample_normal": 21,
     "u_sample_ids": 22,

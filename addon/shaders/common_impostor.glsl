@@ -1,7 +1,7 @@
 // A relief texture: per texel the front surface as a small plane (depth a = |relief|, its gradient per texel) and the depth of its back.
-// The relief of an edge texel is negative: `u_edges` says which quarters of it show its own surface, which that of a neighbour or nothing.
+// The relief of an edge texel is negative. Which quarters of it show its own surface (0), which that of a neighbour (1...8) or nothing (15), four
+// bits each, say the last eight bits of the two slopes, which is 1/30,000 of them.
 uniform sampler2D u_layers;         // ±a, da/du, da/dv, back
-uniform usampler2D u_edges;         // four bits a quarter: 0 own, 1...8 a neighbour's, 15 nothing
 uniform ivec2 u_size;
 uniform vec3 u_warp;                // K1, K2, K3 with the sign that relief has behind the plane
 
@@ -20,10 +20,12 @@ ivec2 neighbour(uint code) {
     return ivec2(place % 3, place / 3) - 1;
 }
 
+uint codes_of(vec4 layers) { return (floatBitsToUint(layers.y) & 255u) | ((floatBitsToUint(layers.z) & 255u) << 8); }
+
 // The code of the quarter of an edge texel in which uv lies.
-uint shown_at(ivec2 cell, vec2 uv) {
+uint shown_at(vec4 layers, ivec2 cell, vec2 uv) {
     ivec2 quarter = clamp(ivec2(floor((uv - vec2(cell)) * 2.0)), ivec2(0), ivec2(1));
-    return (texelFetch(u_edges, texel_at(cell), 0).r >> uint(4 * quarter.x + 8 * quarter.y)) & 15u;
+    return (codes_of(layers) >> uint(4 * quarter.x + 8 * quarter.y)) & 15u;
 }
 
 // The texture place that the view ray through the plane's point uv crosses at depth a: straight in (u, v, a).

@@ -4,15 +4,16 @@
 #define SPRITE 1
 #define PREWARPED 2
 in vec2 v_uv;
+flat in float v_begin;               // depth before which no ray here meets a surface
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
 uniform sampler2D u_back_normal;
-uniform sampler2D u_tiles;          // nearest depth of every square of TILE × TILE texels, v downwards, with an empty rim
+uniform sampler2D u_tiles;          // of every square of TILE × TILE texels, v downwards, with an empty rim: nearest and farthest depth met
 uniform usampler2D u_back_ids;
 uniform mat4 u_clip_from_texel;
 uniform vec4 u_view_depth_from_texel;
 uniform float u_source_w;           // 1 + u_source_w a is the w of a texel's point in plane coordinates
-uniform float u_nearest, u_deepest; // between these the whole surface lies
+uniform float u_deepest;            // behind this no surface lies
 uniform float u_continuous;         // steps of a up to this are one surface
 uniform float u_fade;               // share of the pixels to draw, dithered
 uniform int u_fade_rest;            // 1: the other share
@@ -34,7 +35,7 @@ Hit trace(vec2 uv) {
     vec4 layers = layers_at(cell);
     if (is_empty(layers)) return MISS;
     if (is_edge(layers)) {
-        uint code = shown_at(cell, uv);
+        uint code = shown_at(layers, cell, uv);
         if (code == 15u) return MISS;
         cell += neighbour(code);
         layers = layers_at(cell);

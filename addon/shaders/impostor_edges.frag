@@ -1,9 +1,14 @@
-// What the samples of an edge texel show, four bits each: 0 the texel's own surface, 1...8 that of a neighbour, 15 nothing.
+// What the samples of an edge texel show, put into its slopes: `common_impostor.glsl` says how.
 #include "common_impostor.glsl"
 #include "common_impostor_samples.glsl"
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
-layout(location = 0) out uint out_edges;
+layout(location = 0) out vec4 out_layers;
+
+// A slope with eight bits of codes in place of its last; never so small that it would be taken for 0.
+float carrying(float slope, uint code) {
+    return uintBitsToFloat((floatBitsToUint(abs(slope) < 1e-30 ? 1e-30 : slope) & ~255u) | code);
+}
 
 // How unlike a sample and the surface of a texel (plane coordinates) are: texels of depth, turns of the normal, another object.
 float unlike(ivec2 cell, vec2 uv, float a, vec3 normal, uint slot) {
@@ -18,8 +23,9 @@ float unlike(ivec2 cell, vec2 uv, float a, vec3 normal, uint slot) {
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy), cell = ivec2(texel.x, u_size.y - 1 - texel.y);
     vec4 layers = layers_at(cell);
-    out_edges = 0u;
+    out_layers = layers;
     if (!is_edge(layers)) return;
+    uint codes = 0u;
     for (int k = 0; k < 4; ++k) {
         ivec2 at = sample_at(texel, k);
         uint slot = texelFetch(u_sample_ids, at, 0).r, code = 15u;
@@ -31,6 +37,7 @@ void main() {
                 if (cost < least) { least = cost; code = c; }
             }
         }
-        out_edges |= code << uint(4 * k);
+        codes |= code << uint(4 * k);
     }
+    out_layers.yz = vec2(carrying(layers.y, codes & 255u), carrying(layers.z, codes >> 8));
 }

@@ -13,7 +13,7 @@ bool holds(ivec2 cell) {
     vec4 layers = layers_at(cell);
     if (is_empty(layers)) return false;
     if (!is_edge(layers)) return true;
-    uint codes = texelFetch(u_edges, texel_at(cell), 0).r;
+    uint codes = codes_of(layers);
     int shown = 0;
     for (int k = 0; k < 4; ++k) shown += ((codes >> uint(4 * k)) & 15u) < 15u ? 1 : 0;
     return shown >= 2;

@@ -29,10 +29,15 @@ Hit meets(inout Walk walk, ivec2 cell, vec4 layers, vec2 uv, vec2 slope, float a
     return MISS;
 }
 
-// From depth a to `leave`, texel by texel, edge texels quarter by quarter; `cell` is the first.
-Hit walk_texels(inout Walk walk, ivec2 cell, vec2 uv, vec2 slope, vec2 pace, ivec2 stride, float a, float leave) {
+// From depth a to `leave`, texel by texel, edge texels quarter by quarter; `cell` is the first. Behind `farthest` there is nothing to meet but
+// the surface passed last.
+Hit walk_texels(inout Walk walk, ivec2 cell, vec2 uv, vec2 slope, vec2 pace, ivec2 stride, float a, float leave, float farthest) {
     vec2 border = (vec2(cell + max(stride, 0)) - uv) * pace * vec2(stride);   // a at which the ray leaves the cell, per axis
     for (int i = 0; i < 6 * TILE; ++i) {
+        if (a > farthest && !(FILL != 0 && walk.has_passed)) {
+            walk.was_behind = true;
+            break;
+        }
         float out_of_cell = min(border.x, border.y), until = min(leave, out_of_cell);
         vec4 layers = texelFetch(u_layers, texel_at(cell), 0);
         ivec2 shown = cell;
@@ -40,7 +45,7 @@ Hit walk_texels(inout Walk walk, ivec2 cell, vec2 uv, vec2 slope, vec2 pace, ive
             vec2 middle = border - 0.5 * pace;
             if (middle.x > a) until = min(until, middle.x);
             if (middle.y > a) until = min(until, middle.y);
-            uint code = shown_at(cell, uv + slope * 0.5 * (a + until));
+            uint code = shown_at(layers, cell, uv + slope * 0.5 * (a + until));
             if (code != 0u) {
                 if (code < 15u) shown += neighbour(code);
                 layers = code < 15u ? layers_at(shown) : vec4(EMPTY, 0.0, 0.0, -1.0);
@@ -65,18 +70,19 @@ Hit trace(vec2 uv) {
     vec2 pace = 1.0 / max(abs(slope), vec2(1e-9));                            // depth per texel
     vec2 to_low = -uv * pace * vec2(stride), to_high = (vec2(u_size) - uv) * pace * vec2(stride);
     vec2 first = min(to_low, to_high), last = max(to_low, to_high);
-    float a = max(u_nearest, max(first.x, first.y)), end = min(u_deepest, min(last.x, last.y));
+    float a = max(v_begin, max(first.x, first.y)), end = min(u_deepest, min(last.x, last.y));
     if (a > end) return MISS;
     ivec2 tile = clamp(ivec2(floor(uv + slope * (a + 1e-6 * u_deepest))), ivec2(0), u_size - 1) / TILE, tiles = (u_size - 1) / TILE;
     vec2 border = (vec2(tile + max(stride, 0)) * float(TILE) - uv) * pace * vec2(stride), step = pace * float(TILE);
     Walk walk = Walk(false, false, ivec2(0), vec2(0.0));
     bool leapt = false, came_in_u = false;
     for (int i = 0; i < u_size.x + u_size.y; ++i) {
-        float leave, nearest;
+        float leave;
+        vec2 reach;
         for (int j = 0; j < u_size.x + u_size.y; ++j) {
             leave = min(end, min(border.x, border.y));
-            nearest = texelFetch(u_tiles, tile + 1, 0).r;
-            if (leave >= nearest) break;
+            reach = texelFetch(u_tiles, tile + 1, 0).rg;
+            if (leave >= reach.x) break;
             if (leave >= end) return MISS;
             a = leave;
             leapt = true;
@@ -84,7 +90,7 @@ Hit trace(vec2 uv) {
             tile += came_in_u ? ivec2(stride.x, 0) : ivec2(0, stride.y);
             border += came_in_u ? vec2(step.x, 0.0) : vec2(0.0, step.y);
         }
-        float begin = max(a, nearest);
+        float begin = max(a, reach.x);
         ivec2 low = tile * TILE, cell = clamp(ivec2(floor(uv + slope * begin)), low, min(low + TILE, u_size) - 1);
         if (leapt && a == begin) {
             if (came_in_u) cell.x = stride.x > 0 ? low.x : low.x + TILE - 1;
@@ -93,7 +99,7 @@ Hit trace(vec2 uv) {
             vec4 layers = layers_at(before);
             walk = Walk(is_empty(layers), !is_empty(layers), before, line_of(layers, before, uv, slope));
         }
-        Hit hit = walk_texels(walk, cell, uv, slope, pace, stride, begin, leave);
+        Hit hit = walk_texels(walk, cell, uv, slope, pace, stride, begin, leave, reach.y);
         if (hit.found) return hit;
         if (leave >= end) return MISS;
         a = leave;

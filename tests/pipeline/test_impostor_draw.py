@@ -201,6 +201,27 @@ def test_no_rubber_sheet_spans_a_depth_step(on_gl):
     assert (to_rod < 0.03).sum() > 100
 
 
+@pytest.mark.parametrize("perspective", [True, False])
+def test_leaping_over_tiles_and_leaving_out_blocks_changes_no_picture(on_gl, perspective):
+    """Against the walk through every texel from the plane to the bounds' back, in one block."""
+
+    def job(rig):
+        impostor = rig.capture(orbit(0.4), perspective=perspective)
+        impostor.content_uv = np.array([[0.0, 0.0], [impostor.frame.width, impostor.frame.height]])
+        eyes = [orbit(0.4 + turn, height=0.4 + turn / 3) for turn in (0.0, 0.1, -0.3, 0.7)]
+        leapt = [rig.draw(eye, impostor) for eye in eyes]
+        everything = np.tile(np.float32([0.0, 1e9]), (*impostor.tiles.size[::-1], 1))
+        impostor.tiles.write(everything.tobytes())
+        impostor.nearest = 0.0
+        walked = [rig.draw(eye, impostor) for eye in eyes]
+        impostor.release()
+        return leapt, walked
+
+    for (depth, ids), (true_depth, true_ids) in zip(*on_gl(job), strict=True):
+        assert (true_ids[..., 0] > 0).sum() > 2000
+        assert ((ids != true_ids).any(axis=-1) | (np.abs(depth - true_depth) > 1e-4)).sum() <= 3
+
+
 def test_impostors_and_geometry_hide_each_other_by_depth(on_gl):
     def job(rig):
         rows = np.array([True, False, False])
