@@ -20,6 +20,7 @@ from benchmarks.tables import table
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, RESULTS, TAKEN = ROOT / "docs" / "window.md", ROOT / "benchmarks" / "results" / "window.json", ROOT / "build" / "gui" / "result.json"
 MARKED = re.compile(r"(<!-- window: ([a-z]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+HELD = ("cpu", "call", "lock", "events")
 OBJECTS, MESHES, ROUNDS = (1_000, 10_000), 100, 40
 
 
@@ -85,13 +86,13 @@ def read_table(found: dict[str, dict[str, float]]) -> str:
 
 
 def held_table(found: dict[str, dict[str, dict[str, object]]]) -> str:
-    """One row per action, three numbers per scene."""
+    """One row per action, some numbers per scene."""
     actions = list(dict.fromkeys(action for rows in found.values() for action in rows))
-    head = ["", *(f"{scene}: {what}" for scene in found for what in ("call", "lock", "events"))]
+    head = ["", *(f"{scene}: {what}" for scene in found for what in HELD)]
 
     def cells(action: str) -> list[str]:
         rows = [scene.get(action) for scene in found.values()]
-        return [f"{row[key]:.0f}" if row else "–" for row in rows for key in ("call", "lock", "events")]
+        return [f"{row[key]:.0f}" if row else "–" for row in rows for key in HELD]
 
     return table(head, ([action, *cells(action)] for action in actions))
 
