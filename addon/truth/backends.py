@@ -13,6 +13,9 @@ import numpy as np
 from ..errors import SettingsError
 
 
+ROWS_AT_ONCE = 10_000  # some milliseconds
+
+
 class Backend(Protocol):
     """What `TruthTracer` asks of a ray tracer."""
 
@@ -27,14 +30,22 @@ class BlenderBackend:
         import bpy  # noqa: F401  (outside Blender mathutils can only be imported after bpy)
         from mathutils.bvhtree import BVHTree
 
-        faces = np.arange(3 * len(corners)).reshape(-1, 3)
-        self._cast = BVHTree.FromPolygons(corners.reshape(-1, 3).tolist(), faces.tolist(), all_triangles=True).ray_cast
+        vertices, faces = listed(corners.reshape(-1, 3)), listed(np.arange(3 * len(corners)).reshape(-1, 3))
+        self._cast = BVHTree.FromPolygons(vertices, faces, all_triangles=True).ray_cast
 
     def nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First triangle along each ray, and its distance."""
         hits = [self._cast(o, d, limit)[2:] for o, d, limit in zip(origins.tolist(), directions.tolist(), limits.tolist(), strict=True)]
         triangle = np.array([-1 if index is None else index for index, _ in hits], dtype=np.int64)
         return triangle, np.array([np.inf if index is None else distance for index, distance in hits], dtype=np.float64)
+
+
+def listed(rows: np.ndarray) -> list[list[float]]:
+    """`rows.tolist()` in pieces, between which other threads (the window's) get Python's lock."""
+    out: list[list[float]] = []
+    for start in range(0, len(rows), ROWS_AT_ONCE):
+        out += rows[start : start + ROWS_AT_ONCE].tolist()
+    return out
 
 
 class EmbreeBackend:
