@@ -12,7 +12,6 @@ import numpy as np
 
 from ..errors import SettingsError
 
-
 ROWS_AT_ONCE = 10_000  # some milliseconds
 
 
