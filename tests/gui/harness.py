@@ -172,6 +172,7 @@ def run(names: list[str]) -> None:
     results.update(blender=f"Blender {bpy.app.version_string}, Python {sys.version.split()[0]}",
                    gl=f"{gpu.platform.renderer_get()} ({gpu.platform.backend_type_get()})")
     steps = _everything(names)
+    faulthandler.enable()  # a crash leaves every thread's Python stack in the log
 
     def tick() -> float | None:
         faulthandler.dump_traceback_later(HANG_S, exit=True)

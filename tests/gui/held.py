@@ -241,37 +241,47 @@ def scene_of(make: Callable[[], None]) -> Generator:
     yield from settle(1.0)
 
 
-SCENES = {
-    "1,000 objects": lambda: field(1_000),
-    "10,000 objects": lambda: field(10_000),
-    "deck, 1,000,000 triangles": lambda: deck(1_000_000),
-}
 BUTTONS = ("preview", "analyse", "light_view", "sun_study", "compare", "fit_clip", "frame_camera")
 
 
-@step
-def how_long_the_window_is_held_up() -> Generator:
-    """While scenes are shown, orbited, edited and worked on, how long the window is held up is written down."""
-    held = results.setdefault("held_up_ms", {})
+def held_up(name: str, make: Callable[[], None]) -> Generator:
+    """All actions in one scene, their times in the results under its name."""
     importlib.import_module("bl_ext.user_default.cad_shadow_preview.addon.pipeline.renderer")  # what the first picture loads on a thread
-    for name, make in SCENES.items():
-        yield from scene_of(make)
-        found = held.setdefault(name, {})
-        found["Solid shading: orbit"] = yield from during(orbit())
-        found["Solid shading: edit"] = yield from during(drag())
-        found["live view: the switch, until the full picture"] = yield from during(switched())
-        found["live view: orbit"] = yield from during(orbit())
-        yield from shown()
-        found["live view: edit"] = yield from during(drag())
-        yield from shown()
-        found["live view: settings"] = yield from during(settings())
-        view().spaces.active.shading.type = "SOLID"
-        yield from settle()
-        for button in BUTTONS:
-            found[f"button: {button}"] = yield from during(pressed(button))
-            yield from close_extra_windows()
-        found["button: advise"] = yield from during(advised())
+    yield from scene_of(make)
+    found = results.setdefault("held_up_ms", {}).setdefault(name, {})
+    found["Solid shading: orbit"] = yield from during(orbit())
+    found["Solid shading: edit"] = yield from during(drag())
+    found["live view: the switch, until the full picture"] = yield from during(switched())
+    found["live view: orbit"] = yield from during(orbit())
+    yield from shown()
+    found["live view: edit"] = yield from during(drag())
+    yield from shown()
+    found["live view: settings"] = yield from during(settings())
+    view().spaces.active.shading.type = "SOLID"
+    yield from settle()
+    for button in BUTTONS:
+        found[f"button: {button}"] = yield from during(pressed(button))
+        yield from close_extra_windows()
         save()
+    found["button: advise"] = yield from during(advised())
+
+
+@step
+def a_thousand_objects() -> Generator:
+    """1,000 objects: how long the window is held up is written down."""
+    yield from held_up("1,000 objects", lambda: field(1_000))
+
+
+@step
+def ten_thousand_objects() -> Generator:
+    """10,000 objects: how long the window is held up is written down."""
+    yield from held_up("10,000 objects", lambda: field(10_000))
+
+
+@step
+def a_million_triangles() -> Generator:
+    """The deck of a million triangles: how long the window is held up is written down."""
+    yield from held_up("deck, 1,000,000 triangles", lambda: deck(1_000_000))
 
 
 run(sys.argv[sys.argv.index("--") + 1 :])
