@@ -7,7 +7,8 @@ so they hold the near plane too (T4's elongation). They are told apart by planes
 
 Shear (LogPSM §5.1.5): the warp's axis is the bisector of the sector (coordinate-frame adjustment); the angle of P is limited
 (τ-limiting, `face_parameter`); a sector wider than τ₀ is split along its bisector, eased in over [τ₀, τ₁]: what each half is fitted to
-goes from the whole sector to that half, and its axis with it. τ₀ > 90° leaves at most two faces to split, so six maps always suffice.
+goes from the whole sector to that half, and its axis with it. Three sectors can be wider than τ₀; the two widest are split, from the
+third's width on, so that six maps suffice and none of them changes when another sector becomes one of the two.
 """
 
 from __future__ import annotations
@@ -94,12 +95,13 @@ def _sectors(camera: Camera, towards: np.ndarray) -> list[Sector]:
         facing[face] = float((normal @ forward) * (normal @ middle)) / float(normal @ normal)
     taking_part = [face for face, value in facing.items() if value > EDGE_ON]
     image = _Image(towards)
-    wide = sorted(taking_part, key=lambda face: -abs(image.between(corners[_EDGES[face][0]], corners[_EDGES[face][1]])))[:COUNT - 4]
+    widths = {face: abs(image.between(corners[_EDGES[face][0]], corners[_EDGES[face][1]])) for face in taking_part}
+    split_from = max([SPLIT_FROM, *sorted(widths.values(), reverse=True)[COUNT - 4:]])
     out = []
     for face in taking_part:
         a, b = _EDGES[face]
         shared = [_neighbour(face, a) in taking_part, _neighbour(face, b) in taking_part]
-        out += _of_face(image, face, corners[a], corners[b], shared, face in wide)
+        out += _of_face(image, face, corners[a], corners[b], shared, split_from)
     return out
 
 
@@ -133,16 +135,17 @@ class _Image:
         return np.append(towards * (cos(angle) * self.v - sin(angle) * self.u), 0.0)
 
 
-def _of_face(image: _Image, face: int, a: np.ndarray, b: np.ndarray, shared: list[bool], may_split: bool) -> list[Sector]:
-    """One sector, or two halves, between the images of the edges a and b. Only edges shared with another sector are planes."""
+def _of_face(image: _Image, face: int, a: np.ndarray, b: np.ndarray, shared: list[bool], split_from: float) -> list[Sector]:
+    """One sector, or two halves if wider than `split_from`, between the images of the edges a and b. Only edges shared with another sector
+    are planes."""
     start, tau = image.angle(a), image.between(a, b)
     turn = 1.0 if tau >= 0.0 else -1.0
     ends = [image.side(start, turn), image.side(start + tau, -turn)]
     outer = [plane for plane, is_shared in zip(ends, shared, strict=True) if is_shared]
-    if abs(tau) <= SPLIT_FROM or not may_split:
+    if abs(tau) <= split_from:
         planes = np.array(outer).reshape(-1, 4)
         return [Sector(face, planes, planes, image.direction(start + 0.5 * tau), _rise(image, a, b, start, tau))]
-    ease = min(1.0, (abs(tau) - SPLIT_FROM) / (SPLIT_UNTIL - SPLIT_FROM))
+    ease = min(1.0, (abs(tau) - split_from) / (SPLIT_UNTIL - SPLIT_FROM))
     ease *= ease * (3.0 - 2.0 * ease)
     bisector = start + 0.5 * tau
     halves = []

@@ -23,7 +23,7 @@ from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
 from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count, smooth
 from .spaces import translation
-from .strength import Range, steady_strength
+from .strength import RATE, RATE_SLICED, Range, steady_strength
 from .view import Camera, Light
 from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
 
@@ -279,7 +279,7 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
     round_share = _round_share(sight, space, near, far)
     least = 0.0
     if space.rise is None:
-        strength, depth_m = _strength(sight, space, near, far, depth)
+        strength, depth_m = _strength(sight, space, near, far, depth, RATE_SLICED.get(sight.warp.kind, RATE) if len(cuts) else RATE)
     else:
         least = LEAST_SIZE * float(np.ptp(frustum_corners(sight.camera, near, far), axis=0).max())
         across = warp_parameter(sight.warp, near, far, sight.camera.half_fov_rad, 0.5 * pi)
@@ -312,8 +312,8 @@ def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> fl
     return roundness(space.gamma_rad, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf)
 
 
-def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float) -> tuple[float, float]:
-    """ln(f'/n') of the map, and the depth of P in metres that n' refers to.
+def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float, rate: float) -> tuple[float, float]:
+    """ln(f'/n') of the map, which grows by at most `rate` per degree of γ, and the depth of P in metres that n' refers to.
 
     For the sun that is P's own depth. In a finite light's space lengths have no unit: there f'/n' is carried over from the directional
     case at the place the map looks at, which is the same thing for a distant light.
@@ -324,7 +324,7 @@ def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: f
     text_depth = warp_depth(near, far, phi, gamma)
     depth_m = depth if space.position is None else text_depth
     extent = Range(near, far, phi, max(phi, _side_angle(sight.camera, space)), depth_m / text_depth)
-    return steady_strength(sight.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi))), depth_m
+    return steady_strength(sight.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi)), rate), depth_m
 
 
 def _side_angle(camera: Camera, space: LightSpace) -> float:

@@ -23,6 +23,7 @@ from .warps import warp_depth, warp_parameter
 
 STRONGEST = 1e4   # largest f'/n': beyond it float32 cannot place a texel
 RATE = 0.16       # per degree of γ
+RATE_SLICED = {"psm": 0.09, "tsm": 0.09}  # the same for a slice along the light, whose own shape changes with γ too
 STEP = 0.15       # of ln w of the frustum's far corner, per degree of γ
 
 
@@ -51,15 +52,15 @@ def method_strength(choice: WarpChoice, extent: Range, gamma_rad: float) -> floa
     return min(own, wide, allowed)
 
 
-def steady_strength(choice: WarpChoice, extent: Range, gamma_rad: float, core_rad: float) -> float:
-    """min over whole degrees g < γ of `method_strength`(g) + RATE (γ − g), of that of γ itself, and of RATE (γ − core); 0 inside the core.
+def steady_strength(choice: WarpChoice, extent: Range, gamma_rad: float, core_rad: float, rate: float = RATE) -> float:
+    """min over whole degrees g < γ of `method_strength`(g) + rate (γ − g), of that of γ itself, and of rate (γ − core); 0 inside the core.
 
     Never negative. The places asked do not move with γ: what bounds one frame bounds the next.
     """
     gamma_deg = degrees(gamma_rad)
-    best = min(method_strength(choice, extent, gamma_rad), max(0.0, RATE * (gamma_deg - degrees(core_rad))))
+    best = min(method_strength(choice, extent, gamma_rad), max(0.0, rate * (gamma_deg - degrees(core_rad))))
     for place in range(ceil(gamma_deg) - 1, 0, -1):
-        rise = RATE * (gamma_deg - place)
+        rise = rate * (gamma_deg - place)
         if rise >= best:
             break
         best = min(best, method_strength(choice, extent, radians(place)) + rise)

@@ -93,7 +93,7 @@ def test_halves_ease_in_without_a_jump_of_axis_or_fit():
     last = None
     for tau in np.radians(np.arange(95.0, 135.0, 0.25)):
         a, b = image.direction(0.0) - 0.1 * unit([0, 0, 1.0]), image.direction(tau) - 0.1 * unit([0, 0, 1.0])
-        halves = faces._of_face(image, 0, a, b, [True, True], True)
+        halves = faces._of_face(image, 0, a, b, [True, True], faces.SPLIT_FROM)
         axes = np.array([halves[0].axis_ws, halves[-1].axis_ws])
         if last is not None:
             assert (np.arccos(np.clip((axes * last).sum(axis=1), -1.0, 1.0)) < np.radians(3.5)).all()

@@ -37,12 +37,16 @@ def scene():
     return scenes.scene_of(scenes.floor(20.0), *(scenes.box(*corners) for corners in boxes))
 
 
-def sizes_at(scene, angle_deg, warp, fit, sun=SUN, **partition):
-    """(K, 3) texel sizes of the default partitioning, or another, at one place of the orbit."""
+def plan_at(scene, angle_deg, warp, fit, sun=SUN, **partition):
+    """The default partitioning, or another, at one place of the orbit."""
     s = Settings().replaced(warp={"kind": warp}, fit={"kind": fit, "size": MAP}, partition=partition)
-    plan = plan_shadows(camera_at(angle_deg), sun, s.warp, s.partition, s.fit, receivers_ws=None, scene_bounds_ws=scene.bounds_ws(),
+    return plan_shadows(camera_at(angle_deg), sun, s.warp, s.partition, s.fit, receivers_ws=None, scene_bounds_ws=scene.bounds_ws(),
                         caster_bounds_ws=scene.instance_bounds_ws(), image_size=SIZE)
-    sizes = texel_sizes(plan, sun, MAP)
+
+
+def sizes_at(scene, angle_deg, warp, fit, sun=SUN, **partition):
+    """(K, 3) texel sizes of the maps that are not empty."""
+    sizes = texel_sizes(plan_at(scene, angle_deg, warp, fit, sun, **partition), sun, MAP)
     return sizes[~np.isnan(sizes[:, 0])]
 
 
@@ -75,7 +79,7 @@ def test_nor_with_a_sun_that_passes_beside_the_axis(scene, elevation_deg, fit):
 
 @pytest.mark.parametrize("warp", WARPS)
 def test_one_degree_never_changes_a_texel_by_a_quarter_in_any_warp(scene, warp):
-    for angle in (*NEAR_THE_AXIS, *ALL_ROUND, *(EDGE_ON[::2] if warp not in ("psm", "tsm") else ())):  # ×1.34 there (docs/findings.md)
+    for angle in (*NEAR_THE_AXIS, *ALL_ROUND, *EDGE_ON[::2]):
         step = jump(sizes_at(scene, angle, warp, "frustum"), sizes_at(scene, angle + STEP_DEG, warp, "frustum"))
         assert step < LARGEST_JUMP, f"at {angle}°"
 
@@ -86,6 +90,25 @@ def test_one_degree_never_changes_a_texel_by_a_quarter_in_one_map_either(scene, 
     for angle in (*np.arange(0.0, 8.0), *EDGE_ON):
         sizes = [sizes_at(scene, a, warp, fit, kind="none") for a in (angle, angle + STEP_DEG)]
         assert jump(*sizes) < LARGEST_JUMP, f"at {angle}°"
+
+
+@pytest.mark.parametrize("partition", [{"kind": "faces"}, {"kind": "faces-z", "count": 2}], ids=lambda p: p["kind"])
+def test_nor_in_the_maps_of_a_face(scene, partition):
+    """A wide face has two: then every map has one of that face and slice before it with nearly its texels. One without a sector has none."""
+
+    def sizes(angle):
+        plan, found = plan_at(scene, angle, "lispsm-general", "scene", **partition), {}
+        for i, (p, size) in enumerate(zip(plan.projections, texel_sizes(plan, SUN, MAP), strict=True)):
+            if not np.isnan(size[0]):
+                found.setdefault((p.face, i % partition.get("count", 1)), []).append(size)
+        return found
+
+    last = sizes(0.0)
+    for angle in np.arange(STEP_DEG, 181.0, STEP_DEG):
+        now = sizes(angle)
+        for key in now.keys() & last.keys():
+            assert max(min(jump(before, after) for before in last[key]) for after in now[key]) < LARGEST_JUMP, f"{key} at {angle}°"
+        last = now
 
 
 @pytest.mark.parametrize("fit", ["frustum", "scene", "samples"])
