@@ -94,7 +94,7 @@ def test_one_degree_never_changes_a_texel_by_a_quarter_in_one_map_either(scene, 
 
 @pytest.mark.parametrize("partition", [{"kind": "faces"}, {"kind": "faces-z", "count": 2}], ids=lambda p: p["kind"])
 def test_nor_in_the_maps_of_a_face(scene, partition):
-    """A wide face has two: then every map has one of that face and slice before it with nearly its texels. One without a sector has none."""
+    """A wide face has two: then every map has one of that face and slice before it with nearly its texels; one without a sector none."""
 
     def sizes(angle):
         plan, found = plan_at(scene, angle, "lispsm-general", "scene", **partition), {}
