@@ -13,6 +13,8 @@ from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
 from .combinations import applies
+from .maths.choices import PartitionChoice
+from .maths.slices import slice_count
 from .option import Option
 from .options import OPTIONS, with_options
 from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
@@ -138,6 +140,12 @@ def shortest(value: float) -> float:
     return float(str(np.float32(value)))
 
 
+def seam_count(props: CadShadowSettings) -> int:
+    """How many seams along the view the partitioning has (at least one): one less than slices, of which two halves share one."""
+    choice = PartitionChoice(count=props.partitions, cut=props.cut)
+    return max(slice_count(choice) - 1, 1)
+
+
 def _value(props: CadShadowSettings, option: Option) -> object:
     if option.is_optional and not getattr(props, "use_" + option.name):
         return None
@@ -147,7 +155,7 @@ def _value(props: CadShadowSettings, option: Option) -> object:
     if option.kind == "number":
         return shortest(value)
     if option.kind == "numbers":
-        return tuple(shortest(v) for v in value)[: max(props.partitions - 1, 1)]
+        return tuple(shortest(v) for v in value)[: seam_count(props)]
     return tuple(shortest(v) for v in value) if option.kind == "color" else value
 
 

@@ -9,6 +9,7 @@ import bpy
 
 from ..combinations import applies, unsuited
 from ..options import BY_NAME
+from ..properties import seam_count
 from .compatible import ENGINE
 from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors
 from .placing import draw_camera, draw_sun, draw_sun_study
@@ -26,7 +27,7 @@ def draw_option(layout: bpy.types.UILayout, props: bpy.types.PropertyGroup, name
         layout.prop(props, "use_" + name)
         column = layout.column(align=True)
         column.active = getattr(props, "use_" + name)
-        for i in range(props.partitions - 1):
+        for i in range(seam_count(props)):
             column.prop(props, name, index=i, text=f"{option.label} {i + 1}")
     elif option.is_optional:
         row = layout.row(heading=option.label)

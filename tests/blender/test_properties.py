@@ -67,8 +67,9 @@ NEEDS = {
     "clay": {"use_object_colors": False},
     "filter_unit": {"pcf": "9"},
     "filter_width": {"pcf": "9"},
+    "outlines": {"test": "triangle"},
+    "alpha": {"cut": "view"},  # as many values as seams: four slices, not two of two halves
 }
-NEEDS["outlines"] = {"test": "triangle"}
 NEEDS |= dict.fromkeys(("epsilon", "epsilon_far", "id_per_material"), {"test": "id-depth"})
 
 
