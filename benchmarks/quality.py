@@ -8,25 +8,27 @@
     python -m benchmarks.quality write            docs/quality.md anew from what was measured
 
 Needs bpy and embreex. Rows go to benchmarks/results/*.jsonl as they come; `write` is run at the end of each. With `--resume` what is
-there already is not measured again; without it, the chosen rows are measured anew and the others stay.
+there already is not measured again; without it, the chosen rows are measured anew and the others stay. With `--check` nothing is
+written: the chosen rows are measured again and compared with those that are there.
 """
 
 from __future__ import annotations
 
 import argparse
 import platform
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from importlib.metadata import version
 from pathlib import Path
+from statistics import fmean
 
 import bpy
 import numpy as np
 
 from addon.pipeline.settings import Settings
 from benchmarks import tables, texels
-from benchmarks.measure import kept, measure, read
+from benchmarks.measure import Row, kept, measure, read
 from benchmarks.methods import BIAS_METHODS, ELEVATIONS, EXACT_METHODS, FIRST_LIGHT_FIT, FIRST_LIGHT_WARP, METHODS
 from benchmarks.models import available
 
@@ -44,6 +46,7 @@ class Choice:
     only: list[str]
     every: int
     resume: bool
+    check: bool
 
     def names(self, fallback: tuple[str, ...]) -> tuple[str, ...]:
         """The models asked for, else those of `fallback` that are here."""
@@ -56,8 +59,21 @@ def run(choice: Choice, table: str, models: tuple[str, ...], methods: Mapping[st
     methods = {name: value for name, value in methods.items() if any(fnmatch(name, pattern) for pattern in choice.only)}
     path = RESULTS / f"{table}.jsonl"
     there = read(path) if path.is_file() else []
+    if choice.check:
+        print(difference(there, measure(models, methods, every=choice.every, **how)))
+        return
     stay = [row for row in there if choice.resume or row.model not in models or row.method not in methods]
     kept(path, measure(models, methods, known={row.key for row in stay}, every=choice.every, **how), stay)
+
+
+def difference(there: Iterable[Row], again: Iterable[Row]) -> str:
+    """How far rows measured again are from those that are there, by the state of the renderer that made them."""
+    known, lines = {row.key: row for row in there}, {}
+    for row in again:
+        if before := known.get(row.key):
+            lines.setdefault(before.code, []).append(abs((row.misclassified_pct or 0.0) - (before.misclassified_pct or 0.0)))
+    return "\n".join(f"{code or 'unmarked'}: {len(off)} rows again, {sum(d < 5e-4 for d in off)} the same; misclassified % differs "
+                     f"by {fmean(off):.4f} on average, {max(off):.4f} at most" for code, off in lines.items())
 
 
 def run_first_light(choice: Choice) -> None:
@@ -105,10 +121,12 @@ def main() -> None:
                         help="only methods whose name matches one of these, such as '*one map*'")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th light of a view (--resume fills in the rest)")
     parser.add_argument("--resume", action="store_true", help="keep the rows that are there, measure what is missing")
+    parser.add_argument("--check", action="store_true", help="write nothing: measure the chosen rows again, say how far they differ")
     args = parser.parse_args()
     if args.table != "write":
-        RUNS[args.table](Choice(args.models, args.only, args.every, args.resume))
-    tables.write(ROOT / "docs" / "quality.md", RESULTS, machine())
+        RUNS[args.table](Choice(args.models, args.only, args.every, args.resume, args.check))
+    if not args.check:
+        tables.write(ROOT / "docs" / "quality.md", RESULTS, machine())
 
 
 if __name__ == "__main__":

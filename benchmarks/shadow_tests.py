@@ -21,12 +21,12 @@ from addon.images.png import encode_png
 from addon.maths import shadow_tests as definition
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import device_of
-from addon.pipeline.gbuffer_pass import surface_points_ws
 from addon.pipeline.renderer import Renderer
 from addon.pipeline.scene import Scene
 from addon.pipeline.settings import Settings
 from addon.pipeline.shadow_pass import ShadowMaps, draw_shadow_maps
 from benchmarks.models import load
+from benchmarks.smooth_edges import chair_edges, name_of, receivers, straight_edges
 from benchmarks.tables import table
 from benchmarks.views import views
 from tests import scenes
@@ -50,7 +50,8 @@ bias above; ε_far is what a surface can rise within a texel, at most the object
 stored in the 3×3 cells round the place the surface is followed over its edges towards the ray, to the triangle that
 holds it or to where the surface ends or folds back: slivers that never won a texel are found all the same. Where the
 surface cannot be followed (an edge with more than two triangles, more than 64 steps) the nearest cell's depth decides;
-where everything stored near the ray stands far above the receiver it is dark.
+where everything stored near the ray stands far above the receiver it is dark. With `outlines` all casters are drawn once
+more as lines, and the triangles whose edges cross the nine cells are started from, too: wires that cover no texel's centre.
 
 **n-SM** (SMMVP §4.5). A cell keeps n depths, its own and n − 1 of its neighbours'; every depth is compared at the place
 it was stored.
@@ -62,8 +63,10 @@ DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZE, MAP = (640, 360), 1024
 CAMERA = scenes.look_at((1.1, -1.5, 1.1), (0.0, 0.05, 0.25), near=0.2, far=20.0)
 SUN = scenes.sun(42.0, -20.0)
+SMALL_MAP = 256
 NEAR, FAR = 0.004, 0.12
-FILTERS = ((4, 3), (9, 1), (9, 2), (16, 1))
+RIVALS = {("PCF(4,2)", "PCF(9,1)"): 9 / 5, ("PCF(4,3)", "PCF(9,1)"): 9 / 5, ("PCF(9,2)", "PCF(16,1)"): 9 / 7}
+"""What SMMVP compares, and q/r: cells read to select a cell's depths, over the filter's reads that are saved."""
 SHADINGS = ((1, 1), (4, 1), (9, 1), (16, 1), (25, 1), (4, 2), (4, 3), (9, 2), (4, 4), (4, 8))
 
 
@@ -89,16 +92,18 @@ def cpu_ms(job: Callable[[], None]) -> float:
 
 
 def least_costs(
-    renderer: Renderer, scene: Scene, camera: Camera, light: Light, tests: Mapping[str, Settings], draw_each_round: bool, rounds: int = 5
+    renderer: Renderer, scene: Scene, camera: Camera, light: Light, tests: Mapping[str, Settings], draw_each_round: bool, size: int = MAP,
+    rounds: int = 5,
 ) -> dict[str, Cost]:
-    """The cost of every test, round by round and not one after the other, so that a slow minute of the machine strikes all alike."""
-    plan = renderer.render(scene, camera, light, settings(), SIZE, ("combined",), measure=False).plan
+    """The cost of every test with a map of `size` texels, round by round and not one after the other, so that a slow minute of the machine
+    strikes all alike."""
+    plan = renderer.render(scene, camera, light, settings(size), SIZE, ("combined",), measure=False).plan
 
     def measured(context: moderngl.Context) -> dict[str, Cost]:
         device = device_of(context, renderer.worker)
         draw_list, gbuffer, target = device.store.sync(scene), device.gbuffer(SIZE), device.shade_target(SIZE, False)
         triangles = device.triangles(linked=True)
-        maps = {name: ShadowMaps(context, MAP, len(plan.projections), chosen.test) for name, chosen in tests.items()}
+        maps = {name: ShadowMaps(context, size, len(plan.projections), chosen.test) for name, chosen in tests.items()}
 
         def draw(name: str) -> None:
             cells, maps[name].cells = maps[name].cells, None
@@ -135,6 +140,7 @@ def costs(renderer: Renderer) -> str:
     view, light = views("deck", scene)[0], scenes.sun(40.0, 60.0)
     kinds = {kind: settings(kind=kind) for kind in ("depth", "id-depth", "triangle")}
     kinds["triangle, PCF 9"] = settings(kind="triangle", pcf=9)
+    kinds["triangle, outlines"] = settings(kind="triangle", outlines=True)
     tests = least_costs(renderer, scene, view.camera, light, kinds, draw_each_round=True)
     filters = {name_of(k, n): settings(pcf=k, depths=n) for k, n in SHADINGS}
     times = least_costs(renderer, scene, view.camera, light, filters, draw_each_round=False)
@@ -152,90 +158,51 @@ def costs(renderer: Renderer) -> str:
         for k, n in SHADINGS
     ]
     text += "\n\n" + table(("filter", "selection pass", "shading", "× PCF(1,1)", "levels n·k+1"), rows)
-    return text + "\n\n" + break_even(times)
+    compared = {name: chosen for name, chosen in filters.items() if any(name in pair for pair in RIVALS)}
+    small = least_costs(renderer, scene, view.camera, light, compared, draw_each_round=False, size=SMALL_MAP)
+    return text + "\n\n" + break_even({MAP: times, SMALL_MAP: small})
 
 
-def name_of(k: int, n: int) -> str:
-    """PCF(k,n)."""
-    return f"PCF({k},{n})"
-
-
-def break_even(times: Mapping[str, Cost]) -> str:
-    """SMMVP's inequality against the clock: the n-SM pays when selection costs less than the larger filter's surplus."""
+def break_even(times: Mapping[int, Mapping[str, Cost]]) -> str:
+    """SMMVP's inequality against the clock: the n-SM pays when selection costs less than the larger filter's surplus. `times` by
+    map size."""
     lines = []
-    for (k, n), larger in (((4, 2), 9), ((4, 3), 9), ((9, 2), 16)):
-        mine, other = times[name_of(k, n)], times[name_of(larger, 1)]
-        surplus = other.shade_ms - mine.shade_ms
-        r, q = larger - k, 9
-        ratio = SIZE[0] * SIZE[1] / MAP**2
-        measured = mine.select_ms / surplus * ratio if surplus > 0.0 else None
-        verdict = "cheaper" if mine.select_ms < surplus else "dearer"
-        lines.append((f"{name_of(k, n)} for {name_of(larger, 1)}", f"{ratio:.2f}", q / r, measured, verdict))
+    for size, costs_there in times.items():
+        ratio = SIZE[0] * SIZE[1] / size**2
+        for (mine, other), reads in RIVALS.items():
+            n_sm, larger = costs_there[mine], costs_there[other]
+            surplus = larger.shade_ms - n_sm.shade_ms
+            measured = n_sm.select_ms / surplus * ratio if surplus > 0.0 else None
+            whole = n_sm.select_ms + n_sm.shade_ms
+            verdict = "cheaper" if whole < larger.shade_ms else "dearer"
+            lines.append((f"{mine} for {other}", f"{size}²", ratio, reads, "n-SM" if ratio > reads else "larger filter", whole,
+                          larger.shade_ms, measured, verdict))
     return (
-        "The n-SM is the cheaper way to a larger filter when λ_h λ_w (picture's pixels over map's texels) > q/r (5.7), in texture reads; "
-        "measured: the ratio at which the times are equal (– : the n-SM's shading alone is slower).\n\n"
-        + table(("n-SM", "λ_h λ_w here", "q/r", "measured break-even", "here the n-SM is"), lines)
+        "The n-SM is the cheaper way to a larger filter when λ_h λ_w (picture's pixels over map's texels) > q/r, counted in texture reads "
+        "((5.6), (5.7)). On both sides of it, milliseconds of selection and shading together, and the ratio at which the times would be "
+        "equal (– : the n-SM's shading alone is slower).\n\n"
+        + table(("n-SM", "map", "λ_h λ_w", "q/r", "by (5.7) cheaper", "n-SM ms", "larger filter ms", "measured break-even",
+                 "measured: n-SM is"), lines)
     )
-
-
-def receivers(renderer: Renderer, frame: object, chosen: Settings) -> tuple[np.ndarray, definition.Receivers]:
-    """Mask (h, w) of the lit-facing pixels of a frame and their `Receivers`."""
-    depth = np.where(np.isfinite(frame.passes["depth"]), frame.passes["depth"], 0.0)[::-1]
-    points = np.zeros((*depth.shape, 3))
-    points[depth > 0.0] = surface_points_ws(np.ascontiguousarray(depth, dtype=np.float32), CAMERA)
-    points, normals = points[::-1], frame.passes["normal"].astype(np.float64)
-    chosen_pixels = (frame.passes["object"] >= 0) & (normals @ SUN.direction_ws > 0.05)
-    r = definition.Receivers(
-        frame.plan.projections[0],
-        SUN,
-        chosen.fit.size,
-        points[chosen_pixels],
-        normals[chosen_pixels],
-        frame.passes["object"][chosen_pixels],
-    )
-    return chosen_pixels, r
-
-
-def levels_across(levels: np.ndarray, most: int) -> float:
-    """Mean number of different levels between dark and lit that a row of the picture shows where it crosses an edge from one to the other.
-
-    `levels` (h, w) int, 0 dark … `most` lit.
-    """
-    counts = []
-    for row in levels:
-        partly = np.flatnonzero((row > 0) & (row < most))
-        for run in np.split(partly, np.flatnonzero(np.diff(partly) > 1) + 1):
-            if len(run) and run[0] > 0 and run[-1] + 1 < len(row) and {row[run[0] - 1], row[run[-1] + 1]} == {0, most}:
-                counts.append(len(np.unique(row[run])))
-    return float(np.mean(counts))
 
 
 def smooth_edges(renderer: Renderer) -> str:
-    """SMMVP's pictures: PCF(4,3) against PCF(9,1) and PCF(9,2) against PCF(16,1), with levels and error against 64 taps."""
-    scene, crops, lines = scenes.chair(), [], []
-    for k, n in FILTERS:
-        chosen = settings(256, pcf=k, depths=n, bias_strategy="receiver-plane")
-        frame = renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("shadow", "depth", "normal", "object", "texel"))
-        seen, r = receivers(renderer, frame, chosen)
-        width = {(4, 3): 3.0, (9, 1): 3.0}.get((k, n), 4.0)
-        depth = frame.passes["shadow_depth"][0].astype(np.float64) * 2.0 - 1.0
-        cells = definition.tap_cells(r.texels(), 8, width / 8.0)
-        heights = r.heights_m(cells, definition.cell_values(depth, cells))
-        reference = definition.filtered((heights <= 0.5 * r.footprint_m()[:, None])[..., None])
-        shadow = frame.passes["shadow"][seen]
-        edge = (reference > 0.0) & (reference < 1.0)
-        error = float(np.sqrt(np.mean((shadow[edge] - reference[edge]) ** 2)))
-        levels = np.where(seen, np.round(frame.passes["shadow"] * n * k), 0).astype(int)
-        lines.append((name_of(k, n), k, n * k + 1, len(np.unique(levels[seen])), levels_across(levels, n * k), error))
-        crops.append(frame.passes["shadow"][140:230, 215:335])
-    strip = np.concatenate([np.pad(np.kron(c, np.ones((4, 4))), ((0, 0), (0, 8)), constant_values=1.0) for c in crops], axis=1)
-    write_png("tests_smmvp.png", np.repeat(strip[..., None], 3, axis=-1))
+    """SMMVP's pictures: PCF(4,3) against PCF(9,1) and PCF(9,2) against PCF(16,1), by levels across an edge and error against 64 taps."""
+    lines, strip = chair_edges(renderer, CAMERA, SUN)
+    write_png("tests_smmvp.png", strip)
     return (
-        "## Smooth edges: n-SM against larger filters\n\nChair, one 256² map (coarse on purpose). Error: root mean square against "
-        "64 taps over 3 (4) texels of the same map, on the pixels that those find half lit. "
-        "Across: levels between dark and lit where a row of the picture crosses an edge. "
-        "Left to right: PCF(4,3), PCF(9,1), PCF(9,2), PCF(16,1).\n\n"
-        "![edges](img/tests_smmvp.png)\n\n" + table(("filter", "map reads", "levels possible", "levels found", "across", "error"), lines)
+        "## Smooth edges: n-SM against larger filters\n\n**A straight edge**, turned by 8° to 63°, one uniform 256² map (a texel is some "
+        "pixels). *Ramp*: texels over which the filter goes from dark to lit, its taps and what an n-SM cell sees beyond itself. *Across*: "
+        "levels between dark and lit where a row of the picture crosses the edge. *Error*: root mean square against 64 taps over as many "
+        "texels as the ramp, within four texels of the edge. *Drift*: texels by which the edge stands too far on the dark side; "
+        "*moved*: the error when the 64 taps are moved by as much.\n\n"
+        + table(("filter", "map reads", "ramp", "levels possible", "across", "error", "drift", "moved"),
+                [(name, name[4:].split(",")[0], *line) for name, *line in straight_edges(renderer)])
+        + "\n\nPCF(9,2) is as smooth as PCF(16,1), and PCF(4,3) smoother than PCF(9,1), as SMMVP §5.1 shows. But a 2-SM keeps the "
+        "*largest* depth round each cell: its edges stand half a texel (across a diagonal more) inside the shadow, and shadows a texel "
+        "wide fade. A 3-SM keeps the smallest as well and stays in place.\n\n**The chair**, one 256² map (coarse on purpose); error on the "
+        "pixels that 64 taps find half lit. Left to right: PCF(4,3), PCF(9,1), PCF(9,2), PCF(16,1).\n\n![edges](img/tests_smmvp.png)\n\n"
+        + table(("filter", "levels found", "across", "error"), lines)
     )
 
 
@@ -244,7 +211,7 @@ def chair_zones(renderer: Renderer) -> str:
     scene = scenes.chair()
     chosen = settings(2048, kind="id-depth", epsilon=NEAR, epsilon_far=FAR)
     frame = renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("combined", "shadow", "depth", "normal", "object", "texel"))
-    seen, r = receivers(renderer, frame, chosen)
+    seen, r = receivers(frame, CAMERA, SUN, chosen.fit.size)
     depth = frame.passes["shadow_depth"][0].astype(np.float64) * 2.0 - 1.0
     cells = definition.tap_cells(r.texels(), 1)
     difference = r.distances_m(definition.cell_values(depth, cells))[:, 0]
