@@ -11,3 +11,4 @@ settings.map_size = 4096
 settings.test = "triangle"
 settings.samples = "9"
 settings.fit = "samples"
+settings.outlines = True
