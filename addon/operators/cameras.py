@@ -96,7 +96,6 @@ class CAD_SHADOW_OT_frame_camera(SceneOperator, bpy.types.Operator):
         world_from_view[:3, 3] += scene.origin_ws
         camera.matrix_world = Matrix(world_from_view.tolist())
         context.scene.camera = camera
-        context.view_layer.update()
         self.report({"INFO"}, f"{camera.name}: {degrees(data.angle_y):.3g}° high, near {wanted.near:.4g} m, far {wanted.far:.4g} m")
 
 
