@@ -25,7 +25,7 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
 SIZE = (1600, 1200)
-LIMIT_S = {"tour": 1500, "stress": 3000, "held": 3000, "newcomer": 900}
+LIMIT_S = {"tour": 1800, "stress": 3000, "held": 3000, "newcomer": 900}
 # Blender alone may take minutes for the first drawing of a million triangles.
 HANG_S = {"tour": 300, "stress": 600, "held": 600, "newcomer": 300}
 PLANT_TRIANGLES = 100_000
