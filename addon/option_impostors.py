@@ -101,7 +101,7 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         low=1e-6,
         high=1e9,
         soft=(0.005, 0.5),
-        start=0.05,
+        start=0.03,
     ),
     _one(
         "impostor_texels",

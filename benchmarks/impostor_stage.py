@@ -12,12 +12,13 @@ from addon.cad_files import read
 from addon.cad_scene import scene_from_model
 from addon.maths import spaces
 from addon.maths.relief import shift_unit
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import Device
 from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
 from addon.pipeline.impostor_capture import ImpostorTextures, capture
 from addon.pipeline.impostor_draw import draw_impostor
+from addon.pipeline.impostor_life import DrawnImpostor
 from addon.pipeline.readback import read_texture
 from addon.pipeline.scene import Instances, Mesh, Scene
 from addon.pipeline.settings import Settings
@@ -110,9 +111,13 @@ class Stage:
         return target
 
     def drawn(self, camera: Camera, size: tuple[int, int], impostors: list[ImpostorTextures], method: str = "inverse") -> GBuffer:
-        """The G-buffer of impostors alone, waited for."""
+        """The G-buffer of impostors alone, waited for. `method` 'dithered': of several captures as the program draws them."""
         target = self.device.gbuffer(size)
         draw_gbuffer(self.device.context, self.device.programs, target, self.draw_list, camera, ~self.rows)
+        if method == "dithered":
+            near, *others = sorted(impostors, key=lambda impostor: tilt_rad(impostor.frame, camera))
+            DrawnImpostor(near, self.hull, False, "inverse", 1.0, None, tuple(others)).draw(self.device, target, camera)
+            impostors = []
         for impostor in impostors:
             draw_impostor(self.device, target, impostor, self.hull, camera, method=method)
         self.device.context.finish()

@@ -15,9 +15,8 @@ DOC = Path(__file__).resolve().parents[1] / "docs" / "impostors.md"
 HOLE_PX = 200.0
 INTRO = """# Relief impostors, measured
 
-Made by `python -m benchmarks.impostors` (see its help); do not edit. Models: the dev set, each as one impostor. Software rasteriser.
-What was found is in [findings.md](findings.md), *Impostors*. The tables *Predictors*, *Life* and *Speed* are older than the four samples a
-texel (their pictures had the quality of "one sample a texel" in the findings).
+Made by `python -m benchmarks.impostors` (see its help); do not edit. Models: the dev set, each as one impostor. Software
+rasteriser. What was found is in [findings.md](findings.md), *Impostors*.
 """
 
 
@@ -38,7 +37,8 @@ def kept(name: str) -> list[dict]:
 def write() -> None:
     """docs/impostors.md from all that was measured."""
     parts = [INTRO]
-    for name, make in (("predictors", _predictors), ("pictures", _pictures), ("life", _life), ("orbit", _orbit), ("speed", _speed)):
+    makers = {"predictors": _predictors, "pictures": _pictures, "life": _life, "orbit": _orbit, "shadows": _shadows, "speed": _speed}
+    for name, make in makers.items():
         rows = kept(name)
         parts.append(make(rows) if rows else f"(`{name}` was not measured.)")
     DOC.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
@@ -176,6 +176,18 @@ def _orbit(rows: list[dict]) -> str:
         "texels a pixel, 2 × 2 samples; PSNR over the union of the silhouettes (99 = equal). Jump: the largest frame difference at a "
         "renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer than "
         "its texels is drawn as geometry until it is seen from elsewhere.\n\n" + table(head, lines)
+    )
+
+
+def _shadows(rows: list[dict]) -> str:
+    lines = []
+    for model in dict.fromkeys(r["model"] for r in rows):
+        floor, dark, wrong = (sum(r[k] for r in rows if r["model"] == model) for k in ("floor", "dark", "wrong"))
+        lines.append((model, 100.0 * dark / floor, 100.0 * wrong / floor, 100.0 * wrong / max(dark, 1)))
+    return (
+        "## Shadows cast by impostors\n\nA floor under each model, a sun, a map of 1024², four sides at 5 radii; casters captured from the "
+        "sun against the triangles in the same map. Misclassified: pixels of the floor that are lit in one picture and dark in the other.\n\n"
+        + table(("model", "floor in shadow %", "misclassified %", "of the shadow %"), lines)
     )
 
 

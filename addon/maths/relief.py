@@ -129,12 +129,11 @@ class ReliefWarp:
 
     `k` (3,): Oliveira's k₁, k₂, k₃, which belong to an orthographic source: `−(e_u, e_v, e_w)/e_d` with the eye e in plane coordinates
     (k₃ = 0 for an orthographic view). `K` (3,): `(s_u + k₁s_d, s_v + k₂s_d, s_w + k₃s_d)`, equal to k for an orthographic source and zero,
-    the identity, at a perspective capture's own eye. `away` is the sign of δ behind the plane: +1 orthographic, −1 perspective.
+    the identity, at a perspective capture's own eye. The epipole, the warp's fixed point, is (K₁/K₃, K₂/K₃), at infinity when K₃ = 0.
     """
 
     k: np.ndarray
     K: np.ndarray
-    away: float
 
     def scale(self, relief: np.ndarray) -> np.ndarray:
         """s(δ) = 1/(1 + K₃δ): `p_i = e + s·(p − e)`, a radial scaling about the epipole."""
@@ -151,26 +150,11 @@ class ReliefWarp:
         uv = np.asarray(warped_uv, float)
         return uv + delta * (uv * self.K[2] - self.K[:2])
 
-    @property
-    def epipole(self) -> np.ndarray:
-        """(3,) homogeneous: e = (K₁/K₃, K₂/K₃), the fixed point of the warp; at infinity when K₃ = 0."""
-        return self.K.copy()
-
-    def drawing_key(self, uv: np.ndarray) -> np.ndarray:
-        """(…) a number per texel: drawn in rising order, of all texels that fall on one place the nearest is written last.
-
-        Such texels lie on one line through the epipole. The nearer has the smaller |δ|, hence (K₃δ > 0) lies nearer to the epipole, or
-        (K₃δ < 0: a perspective source from which the eye receded) farther from it. The key is ∓|p − e|² scaled and shifted so that it
-        stays finite in the limit K₃ → 0, where the order is along (K₁, K₂).
-        """
-        uv = np.asarray(uv, float)
-        return self.away * (uv @ self.K[:2] - 0.5 * self.K[2] * (uv * uv).sum(axis=-1))
-
 
 def relief_warp(frame: CaptureFrame, camera: Camera) -> ReliefWarp:
     """The warp of `frame`'s texture for `camera`; raises `SceneError` when the eye does not stand before the texture's plane."""
     k, big_k = warp_coefficients(frame.source, eye_in_plane(frame, camera))
-    return ReliefWarp(k, big_k, -1.0 if frame.is_perspective else 1.0)
+    return ReliefWarp(k, big_k)
 
 
 def warp_coefficients(source: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -181,35 +165,10 @@ def warp_coefficients(source: np.ndarray, eye: np.ndarray) -> tuple[np.ndarray, 
     return k, source[..., [0, 1, 3]] + k * source[..., 2:3]
 
 
-def pixel_from_plane(frame: CaptureFrame, camera: Camera, size: tuple[int, int]) -> np.ndarray:
-    """(3, 4) projection of plane coordinates onto an image of `size` (width, height) pixels: (x·w, y·w, w), y downwards.
-
-    Columns 0, 1, 3 are the quad's homography `pixel ~ H·(u, v, 1)`.
-    """
-    return pixel_from_clip(size) @ camera.clip_from_world @ frame.world_from_plane
-
-
 def pixel_from_clip(size: tuple[int, int]) -> np.ndarray:
     """(3, 4) from clip coordinates to homogeneous pixels of an image (width, height), y downwards."""
     half_w, half_h = size[0] / 2.0, size[1] / 2.0
     return np.array([[half_w, 0.0, 0.0, half_w], [0.0, -half_h, 0.0, half_h], [0.0, 0.0, 0.0, 1.0]])
-
-
-def homography_of_quad(frame: CaptureFrame, camera: Camera, size: tuple[int, int]) -> np.ndarray:
-    """(3, 3) H: homogeneous pixels from (u, v, 1) on the texture's plane."""
-    return pixel_from_plane(frame, camera, size)[:, [0, 1, 3]]
-
-
-def apply_homography(homography: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """(…, 2) pixels of plane points (…, 2); w must be positive."""
-    image = np.asarray(uv, float) @ homography[:, :2].T + homography[:, 2]
-    return image[..., :2] / image[..., 2:]
-
-
-def project_texels(frame: CaptureFrame, camera: Camera, size: tuple[int, int], uv: np.ndarray, relief: np.ndarray) -> np.ndarray:
-    """(…, 2) pixels: the direct projection of the texels' world points, without any warp. What `forward` + homography must equal."""
-    image = _plane_points(frame.source, np.asarray(uv, float), np.asarray(relief, float)) @ pixel_from_plane(frame, camera, size).T
-    return image[..., :2] / image[..., 2:]
 
 
 def _plane_points(source: np.ndarray, uv: np.ndarray, relief: np.ndarray) -> np.ndarray:

@@ -120,14 +120,6 @@ def predict_one(edges: ReliefEdges, camera: Camera, size: tuple[int, int]) -> di
     return {name: float(value[0]) for name, value in predict(relief_set([edges]), camera, size).items()}
 
 
-def edge_openings_px(edges: ReliefEdges, camera: Camera, size: tuple[int, int]) -> np.ndarray:
-    """(E,) the terms of `edge_sum_px` of one texture: the pixels that open at each edge, negative where what opened had ended before
-    (`relief_edges.py`); infinite where the warp does not exist."""
-    textures = relief_set([edges])
-    view = _View.of(textures, camera, size)
-    return np.where(view.valid[0], _edge_terms(view, textures), np.inf)
-
-
 @dataclass(frozen=True, eq=False)
 class _View:
     """The warps K (T, 3) and projections of T textures for one camera. `valid` (T,): the eye stands before the plane and all of the

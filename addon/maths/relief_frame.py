@@ -40,15 +40,6 @@ class CaptureChoice:
         require(0 <= self.margin_texels <= 16 and 2 * self.margin_texels < self.max_texels, "The margin must lie between 0 and 16 texels.")
 
 
-def resolution_5_1(screen_px: float, object_size: float, distance: float, half_fov_rad: float, radius: float = 0.0) -> float:
-    """RI 5-1 at the front of the object: `screen_px · size / (2 · D · tan φ) · D/(D − R)`, φ half the field of view, R = `radius` < D.
-
-    RI's own form is `radius` 0, which undersamples whatever stands before the centre.
-    """
-    require(0.0 <= radius < distance, "The object's radius must be smaller than its distance.")
-    return screen_px * object_size / (2.0 * distance * np.tan(half_fov_rad)) * distance / (distance - radius)
-
-
 def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], choice: CaptureChoice = CaptureChoice()) -> CaptureFrame:
     """The frame that captures the object inside the convex hull of `hull_ws` (n, 3) for `camera` with an image of `size` (w, h) pixels.
 
@@ -143,6 +134,20 @@ def visible_extent(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera) -> 
     depth = np.maximum(points[:, 2:3], 0.0)
     on_plane = (points[:, :2] - depth / eye[2] * eye[:2]) / (1.0 - depth / eye[2] * eye[3])
     return np.stack([on_plane.min(axis=0), on_plane.max(axis=0)])
+
+
+BOX_FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+"""The corners of a box, numbered x, y, z from the slowest to the fastest, round each of its faces."""
+
+
+def box_area(corners: np.ndarray) -> np.ndarray:
+    """(…) the area of a box's image from the images (…, 8, 2) of its corners, all before the eye.
+
+    Half of its faces' areas: every ray that meets the box passes through two of them.
+    """
+    x, y = np.moveaxis(corners[..., BOX_FACES, :], -1, 0)
+    faces = 0.5 * (x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1)).sum(axis=-1)
+    return 0.5 * np.abs(faces).sum(axis=-1)
 
 
 def tilt_rad(frame: CaptureFrame, camera: Camera) -> float:

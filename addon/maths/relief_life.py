@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, tan
 
 from .choices import require, require_choice
 from .relief_beta import Betas
@@ -24,8 +24,8 @@ LIMITS = {
     "regions_sum_px": 60.0,
     "regions_max_px": 12.0,
     "regions_share": 0.6,
-    "edge_sum_px": 0.05,
-    "edge_fast_px": 0.05,
+    "edge_sum_px": 0.026,
+    "edge_fast_px": 0.026,
 }
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 SHARED = ("edge_sum_px", "edge_fast_px")
@@ -39,10 +39,11 @@ class LifeSettings:
     `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_rad`
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
-    `resampling`: as what share of wrong pixels the contours per texel count once the texture is warped (with the edge sums); `finest`:
-    with more contours per texel than this the object is finer than its texels, and the geometry is drawn (both fitted to pictures:
-    docs/impostors.md). `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal
-    (0: the old texture, whose error was at the limit, is never mixed in; the jump measured is small, docs/impostors.md).
+    With the edge sums the error is a share of wrong pixels (`share_wrong`): `opening` of the predicted openings (they are over-estimated),
+    `resampling` of the contours per texel, `turning` of the turn's tangent. `finest`: with more contours per texel than this a capture's
+    life is over at once, and the geometry is drawn (fitted to pictures, as the limit: docs/findings.md). `regenerations` per frame,
+    `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old texture, whose error was at the limit, is never
+    mixed in; the jump measured is small, docs/impostors.md).
     """
 
     predictor: str = "edge_fast_px"
@@ -53,7 +54,9 @@ class LifeSettings:
     max_tilt_rad: float = 0.7853981633974483
     hysteresis: float = 0.7
     waiting: float = 1.5
-    resampling: float = 0.12
+    opening: float = 0.28
+    resampling: float = 0.05
+    turning: float = 0.05
     finest: float = 0.35
     regenerations: int = 1
     memory_bytes: int = 256 << 20
@@ -67,7 +70,8 @@ class LifeSettings:
         require(0.0 < self.max_tilt_rad < 1.5, "The largest tilt must lie between 0° and 85°.")
         require(0.0 < self.hysteresis <= 1.0, "The hysteresis must lie above 0 and not above 1.")
         require(1.0 <= self.waiting < inf, "The waiting factor must be at least 1.")
-        require(0.0 <= self.resampling < inf, "The resampling share must be at least 0.")
+        weights = self.opening, self.resampling, self.turning
+        require(all(0.0 <= w < inf for w in weights), "The weights of openings, resampling and turning must be at least 0.")
         require(self.finest > 0.0, "The finest share of contours must be positive.")
         require(0 <= self.regenerations <= 10000, "Regenerations per frame: 0 to 10000.")
         require(self.memory_bytes > 0, "The texture memory must be positive.")
@@ -77,6 +81,16 @@ class LifeSettings:
     def effective_limit(self) -> float:
         """The limit in the predictor's unit."""
         return LIMITS[self.predictor] if self.limit is None else self.limit
+
+
+def share_wrong(openings: float, contours: float, turned_rad: float, shrunk: float, settings: LifeSettings) -> float:
+    """The share of an impostor's pixels that are wrong, by the edge sums: `(a·openings + b·contours + c·tan(turn)) / shrunk`.
+
+    `openings` in shares of the pixels covered at capture, `contours` per texel, `shrunk` the object's image over that at capture (by its
+    bounds, at the same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`.
+    """
+    turn = tan(min(turned_rad, settings.max_tilt_rad))
+    return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / shrunk
 
 
 @dataclass(frozen=True, slots=True)

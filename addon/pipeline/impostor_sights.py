@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import SceneError
-from ..maths.relief import CaptureFrame
+from ..maths.relief import CaptureFrame, pixel_from_clip
 from ..maths.relief_beta import Betas, BoundsSet, betas_of_set, bounds_set
 from ..maths.relief_error import ReliefSet, predict, relief_set
-from ..maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
-from ..maths.relief_life import SHARED, LifeSettings, Sight
+from ..maths.relief_frame import CaptureChoice, box_area, capture_frame, tilt_rad
+from ..maths.relief_life import SHARED, LifeSettings, Sight, share_wrong
 from ..maths.view import Camera
 from .clusters import frustum_planes, visible
 from .impostor_capture import ImpostorTextures, capture_bytes
@@ -34,6 +34,10 @@ REMEMBERED = 15
 TOO_FINE_TILT_RAD = 0.2618
 TOO_FINE_TEXELS = 0.7
 """An object found finer than its texels is tried again from 15° aside, or with texels of this share of the size."""
+
+
+LEAST_SHRUNK = 0.05
+"""Seen this much smaller than at capture, the bounds say nothing more of the object."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +101,35 @@ class View:
     pixel_ns: float | None
 
 
+@dataclass(frozen=True, eq=False)
+class _Boxes:
+    """The bounds of T textures' objects: corners (T, 8, 3), and the areas (T,) of their images at capture, texels²."""
+
+    corners_ws: np.ndarray
+    captured: np.ndarray
+
+    @classmethod
+    def of(cls, live: list[tuple[Part, ImpostorTextures]]) -> _Boxes:
+        """Stack them."""
+        return cls(
+            np.stack([part.hull_ws for part, _ in live]),
+            box_area(np.stack([textures.frame.texels(part.hull_ws)[0] for part, textures in live])),
+        )
+
+    def shrunk(self, view: View, texel_px: np.ndarray) -> np.ndarray:
+        """(T,) area of the image now over that at capture, with (T,) pixels per texel; from `LEAST_SHRUNK` to 1."""
+        rows = pixel_from_clip(view.size) @ view.camera.clip_from_world
+        image = self.corners_ws @ rows[:, :3].T + rows[:, 3]
+        flat = image[..., :2] / np.maximum(image[..., 2:], 1e-9)
+        then = np.where(np.isfinite(texel_px), self.captured * texel_px, np.inf)
+        return np.clip(box_area(flat) / np.maximum(then, 1e-9), LEAST_SHRUNK, 1.0)
+
+
 class Sights:
     """Looks at all impostors of a frame. Keeps the stacked textures, the measured costs, and what was found too fine to be captured."""
 
     def __init__(self) -> None:
-        self._stacked: tuple[tuple[int, ...], ReliefSet, BoundsSet] | None = None
+        self._stacked: tuple[tuple[int, ...], ReliefSet, BoundsSet, _Boxes] | None = None
         self._geometry_ns: dict[Hashable, tuple[int, float]] = {}
         self._pixel_ns: list[float] = []
         self._too_fine: dict[Hashable, CaptureFrame] = {}
@@ -109,7 +137,7 @@ class Sights:
     def look(self, parts: Sequence[Part], kept: Sequence[ImpostorTextures | None], view: View) -> list[Seen]:
         """One `Seen` per part; `kept` are the textures that they have."""
         live = [i for i, textures in enumerate(kept) if textures is not None and parts[i].triangles]
-        errors, betas, tilts = self._predicted([(parts[i], kept[i]) for i in live], view)
+        errors, betas, tilts, shrunk = self._predicted([(parts[i], kept[i]) for i in live], view)
         places, columns = {i: place for place, i in enumerate(live)}, {name: column.tolist() for name, column in errors.items()}
         bounds = np.array([part.bounds_ws for part in parts]).reshape(-1, 2, 3)
         shown = visible(bounds, frustum_planes(view.camera.clip_from_world)) if len(parts) else np.zeros(0, bool)
@@ -121,7 +149,8 @@ class Sights:
                 seen.append(Seen(Sight(is_cut=True), None, {}))
             elif i in places and betas[places[i]].total < np.inf:
                 values = {name: column[places[i]] for name, column in columns.items()}
-                seen.append(self._with_texture(part, kept[i], betas[places[i]], float(tilts[places[i]]), values, view))
+                turn = float(tilts[places[i]]), float(shrunk[places[i]])
+                seen.append(self._with_texture(part, kept[i], betas[places[i]], turn, values, view))
             else:
                 seen.append(self._without_texture(part, view))
         return seen
@@ -152,26 +181,30 @@ class Sights:
         self._too_fine.pop(key, None)
         self._geometry_ns.pop(key, None)
 
-    def _predicted(self, live: list[tuple[Part, ImpostorTextures]], view: View) -> tuple[dict[str, np.ndarray], list, np.ndarray]:
-        """Predictors by name, Betas and tilts of all that have a texture."""
+    def _predicted(
+        self, live: list[tuple[Part, ImpostorTextures]], view: View
+    ) -> tuple[dict[str, np.ndarray], list, np.ndarray, np.ndarray]:
+        """Predictors by name, Betas, tilts and how much smaller they are seen than at capture, of all that have a texture."""
         if not live:
-            return {}, [], np.zeros(0)
+            return {}, [], np.zeros(0), np.zeros(0)
         marks = tuple(mark for part, textures in live for mark in (id(textures), part.hull_ws.tobytes()))
         if self._stacked is None or self._stacked[0] != marks:
             hulls = bounds_set([t.frame for _, t in live], [p.hull_ws for p, _ in live])
-            self._stacked = marks, relief_set([t.edges for _, t in live]), hulls
+            self._stacked = marks, relief_set([t.edges for _, t in live]), hulls, _Boxes.of(live)
         exact = view.exact or view.life.predictor == "edge_sum_px"
-        return predict(self._stacked[1], view.camera, view.size, exact), *betas_of_set(self._stacked[2], view.camera, view.size)
+        _, textures, hulls, boxes = self._stacked
+        errors = predict(textures, view.camera, view.size, exact)
+        return errors, *betas_of_set(hulls, view.camera, view.size), boxes.shrunk(view, errors["covered_px"] / textures.texels)
 
     def _with_texture(
-        self, part: Part, textures: ImpostorTextures, betas: Betas, tilt: float, values: dict[str, float], view: View
+        self, part: Part, textures: ImpostorTextures, betas: Betas, turn: tuple[float, float], values: dict[str, float], view: View
     ) -> Seen:
-        """What a capture from here would take follows from the texture that is there."""
-        life, frame = view.life, textures.frame
+        """What a capture from here would take follows from the texture that is there. `turn`: tilt and how much smaller it is seen."""
+        life, frame, (tilt, shrunk) = view.life, textures.frame, turn
         texel_px = betas.texel / betas.screen
         predicted, contours, covered = values[life.predictor], textures.edges.contour_share, values["covered_px"]
         if life.predictor in SHARED:
-            predicted = predicted / covered + life.resampling * contours if 0.0 < covered < np.inf else np.inf
+            predicted = share_wrong(predicted / covered, contours, tilt, shrunk, life) if 0.0 < covered < np.inf else np.inf
         quad_px = frame.width * frame.height * texel_px**2
         room = min(quad_px * view.capture.texels_per_pixel**2, float(view.capture.max_texels) ** 2) * BYTES_PER_TEXEL
         costs = self._geometry_cost(part, view), quad_px * (view.pixel_ns or self.pixel_ns)

@@ -4,7 +4,7 @@ from math import tan
 
 import numpy as np
 
-from addon.maths.relief import CaptureFrame, relief_from_depth
+from addon.maths.relief import CaptureFrame, pixel_from_clip, relief_from_depth
 from addon.maths.relief_frame import CaptureChoice, capture_frame
 from addon.maths.view import Camera
 
@@ -76,3 +76,22 @@ def random_texels(rng: np.random.Generator, frame: CaptureFrame, count: int) -> 
     """(uv (count, 2), relief (count,)) anywhere in the texture and its depth range."""
     depth = rng.uniform(0, 1, count) * frame.depth_m
     return rng.uniform(0, 1, (count, 2)) * [frame.width, frame.height], relief_from_depth(frame.source, depth)
+
+
+def homography_of_quad(frame: CaptureFrame, camera: Camera, size: tuple[int, int]) -> np.ndarray:
+    """(3, 3) H: homogeneous pixels from (u, v, 1) on the texture's plane."""
+    return (pixel_from_clip(size) @ camera.clip_from_world @ frame.world_from_plane)[:, [0, 1, 3]]
+
+
+def apply_homography(homography: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """(…, 2) pixels of plane points (…, 2); w must be positive."""
+    image = np.asarray(uv, float) @ homography[:, :2].T + homography[:, 2]
+    return image[..., :2] / image[..., 2:]
+
+
+def project_texels(frame: CaptureFrame, camera: Camera, size: tuple[int, int], uv: np.ndarray, relief: np.ndarray) -> np.ndarray:
+    """(…, 2) pixels: the direct projection of the texels' world points, without any warp. What `forward` + homography must equal."""
+    points = frame.points_ws(uv, relief)
+    rows = pixel_from_clip(size) @ camera.clip_from_world
+    image = points @ rows[:, :3].T + rows[:, 3]
+    return image[..., :2] / image[..., 2:]

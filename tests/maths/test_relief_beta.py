@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief import homography_of_quad
 from addon.maths.relief_beta import beta_screen, betas
 from addon.maths.relief_frame import CaptureChoice, capture_frame
-from tests.maths.relief_rigs import HALF_FOV, IMAGE, capture_of, corners, hull_of, look_at, ortho_at, random_eye
+from tests.maths.relief_rigs import HALF_FOV, IMAGE, capture_of, corners, homography_of_quad, hull_of, look_at, ortho_at, random_eye
 
 BOX = corners([-1, -1, -1], [1, 1, 1])
 

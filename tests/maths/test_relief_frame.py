@@ -8,9 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SceneError, SettingsError
-from addon.maths.relief import homography_of_quad, project_texels, relief_warp
-from addon.maths.relief_frame import CaptureChoice, capture_frame, resolution_5_1, tilt_rad, visible_extent
-from tests.maths.relief_rigs import HALF_FOV, IMAGE, capture_of, corners, hull_of, look_at, ortho_at, random_eye
+from addon.maths.relief import relief_warp
+from addon.maths.relief_frame import BOX_FACES, CaptureChoice, box_area, capture_frame, tilt_rad, visible_extent
+from tests.maths.relief_rigs import (
+    HALF_FOV,
+    IMAGE,
+    capture_of,
+    corners,
+    homography_of_quad,
+    hull_of,
+    look_at,
+    ortho_at,
+    project_texels,
+    random_eye,
+)
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
@@ -62,10 +73,8 @@ def test_the_resolution_is_ri_5_1_at_the_front_of_the_object():
     hull = corners([-1.0, -1.0, -1.5], [1.0, 1.0, 1.5])
     camera = look_at([0.0, -10.0, 0.0], [0.0, 0.0, 0.0])
     frame = capture_frame(hull, camera, IMAGE, CaptureChoice(perspective=False, margin_texels=0))
-    assert frame.height == np.ceil(resolution_5_1(IMAGE[1], 3.0, 10.0, HALF_FOV, radius=1.0)) + 1
-    assert resolution_5_1(480, 3.0, 10.0, HALF_FOV) == pytest.approx(480 * 3.0 / (2 * 10 * np.tan(HALF_FOV)))
-    with pytest.raises(SettingsError):
-        resolution_5_1(480, 3.0, 10.0, HALF_FOV, radius=10.0)
+    ri_5_1 = IMAGE[1] * 3.0 / (2.0 * 10.0 * np.tan(HALF_FOV))
+    assert frame.height == np.ceil(ri_5_1 * 10.0 / (10.0 - 1.0)) + 1
 
 
 def test_the_texture_never_exceeds_its_upper_bound():
@@ -177,3 +186,32 @@ def test_the_pictures_samples_fall_on_a_perspective_captures_samples(seed, texel
     sample = (rng.integers(0, count, (20, 2)) + 0.5) / picture_samples
     quarters = (sample - pixels) * texels_per_pixel * 4.0
     assert np.abs(quarters / 2.0 - 0.5 - np.round(quarters / 2.0 - 0.5)).max() < 1e-4
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=40)
+def test_half_of_the_faces_areas_is_the_area_of_a_boxs_image(seed):
+    """Against the pixels whose centres lie within the image: within one of six triangle pairs."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-1, 0.5, 3)
+    box = corners(low, low + rng.uniform(0.2, 1.5, 3))
+    camera = look_at(box.mean(axis=0) + 8.0 * _direction(rng), box.mean(axis=0))
+    clip = np.column_stack([box, np.ones(8)]) @ camera.clip_from_world.T
+    image = clip[:, :2] / clip[:, 3:] * 100.0
+    first, last = np.floor(image.min(axis=0)), np.ceil(image.max(axis=0))
+    steps = (last - first) / 200.0
+    points = (first + (np.stack(np.meshgrid(*2 * [np.arange(200)], indexing="ij"), axis=-1) + 0.5) * steps).reshape(-1, 2)
+    inside = np.zeros(len(points), bool)
+    for face in BOX_FACES:
+        side = np.array([_cross(image[face[k]] - image[face[k - 1]], points - image[face[k - 1]]) for k in range(4)])
+        inside |= (side >= 0.0).all(axis=0) | (side <= 0.0).all(axis=0)
+    assert box_area(image) == pytest.approx(inside.sum() * steps.prod(), rel=0.02)
+
+
+def _direction(rng: np.random.Generator) -> np.ndarray:
+    out = rng.normal(size=3)
+    return out / np.linalg.norm(out)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -1,7 +1,7 @@
 """The life cycle as claims: stages, hysteresis, budgets, eviction, and never a wrong picture shown as valid."""
 
 from dataclasses import replace
-from math import inf
+from math import atan, inf
 
 import pytest
 from hypothesis import given, settings
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from addon.errors import SettingsError
 from addon.maths.relief_beta import Betas
 from addon.maths.relief_error import PREDICTORS
-from addon.maths.relief_life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide
+from addon.maths.relief_life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide, share_wrong
 
 RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, memory_bytes=1000)
 
@@ -189,6 +189,14 @@ def test_every_predictor_has_a_limit():
     assert LifeSettings(predictor="critical").effective_limit == LIMITS["critical"]
 
 
+def test_the_share_of_wrong_pixels_weighs_openings_contours_and_the_turn_and_grows_as_the_object_is_seen_smaller():
+    weighed = LifeSettings(opening=0.5, resampling=0.25, turning=0.125)
+    assert share_wrong(0.1, 0.2, 0.0, 1.0, weighed) == pytest.approx(0.1)
+    assert share_wrong(0.1, 0.2, 0.0, 0.25, weighed) == pytest.approx(0.4)
+    assert share_wrong(0.0, 0.0, atan(0.4), 1.0, weighed) == pytest.approx(0.05)
+    assert share_wrong(0.0, 0.0, 3.0, 1.0, weighed) == pytest.approx(0.125)
+
+
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -201,6 +209,8 @@ def test_every_predictor_has_a_limit():
         {"max_tilt_rad": 2.0},
         {"hysteresis": 0.0},
         {"waiting": 0.5},
+        {"opening": -0.1},
+        {"turning": float("nan")},
         {"regenerations": -1},
         {"memory_bytes": 0},
         {"fade_frames": -1},

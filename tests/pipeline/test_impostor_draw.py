@@ -7,7 +7,7 @@ import pytest
 
 from addon.errors import GpuError, SceneError
 from addon.maths import spaces
-from addon.maths.relief import project_texels, relief_from_depth
+from addon.maths.relief import relief_from_depth
 from addon.maths.relief_frame import CaptureChoice, capture_frame
 from addon.pipeline.device import device_of
 from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
@@ -16,7 +16,7 @@ from addon.pipeline.impostor_capture import capture, fingerprint
 from addon.pipeline.impostor_draw import draw_impostor
 from addon.pipeline.readback import read_texture
 from tests import scenes
-from tests.maths.relief_rigs import corners
+from tests.maths.relief_rigs import corners, project_texels
 
 SIZE = (208, 117)
 MIDDLE = np.array([0.0, 0.0, 0.5])

@@ -1,0 +1,152 @@
+"""Films of one model as an impostor: orbits under the life cycle, and the shadows that impostors cast, against the geometry's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from addon.maths.relief_beta import betas
+from addon.maths.relief_frame import capture_frame
+from addon.maths.relief_life import LifeSettings
+from addon.maths.relief_picture import psnr_db
+from addon.pipeline.device import device_of
+from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.renderer import Renderer
+from addon.pipeline.scene import Instances, Mesh, Scene
+from addon.pipeline.settings import Settings
+from benchmarks.impostor_stage import Stage, load
+
+SIDE, MAP = 192, 1024
+SPRITE_ONLY = LifeSettings(limit=1e-9, waiting=1e9)
+LIVES = {"sprite only": SPRITE_ONLY} | {p: LifeSettings(predictor=p) for p in ("edge_fast_px", "critical", "regions_sum", "regions_max_px")}
+SETTINGS = Settings().replaced(fit={"kind": "scene", "size": MAP}, partition={"kind": "none"}, shading={"samples": 1})
+
+
+@dataclass(frozen=True)
+class Film:
+    """Pictures (side, side, 3) float32 and silhouettes (side, side) of an orbit's frames, and each frame's stage (none for geometry)."""
+
+    frames: list[tuple[np.ndarray, np.ndarray]]
+    stages: list[str]
+
+    def differences(self) -> np.ndarray:
+        """Mean absolute difference of every frame from the one before."""
+        return np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(self.frames[1:], self.frames[:-1], strict=True)])
+
+
+def film(renderer: Renderer, scene: Scene, degrees: Sequence[int], choice: ImpostorChoice | None) -> Film:
+    """An orbit at 20° above and 8 radii, with shadows, `SIDE`² pixels of 2 × 2 samples."""
+    renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
+    stage, frames, stages = Stage(None, scene), [], []
+    blocks = (SIDE, 2, SIDE, 2)
+    for angle in degrees:
+        camera = stage.camera(angle, 20, 8.0)
+        frame = renderer.render(
+            scene, camera, stage.sun(), SETTINGS, (2 * SIDE, 2 * SIDE), ("combined", "object"), measure=False, impostors=choice
+        )
+        picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(*blocks, 3).mean(axis=(1, 3)).astype(np.float32)
+        frames.append((picture, (frame.passes["object"] >= 0).reshape(blocks).any(axis=(1, 3))))
+        stages += [r.stage for r in frame.impostors]
+    return Film(frames, stages)
+
+
+@lru_cache(maxsize=1)
+def truth(renderer: Renderer, name: str, degrees: int) -> Film:
+    """The geometry's own film, made once for all tables that compare with it."""
+    return film(renderer, load(name), range(degrees), None)
+
+
+def whole(scene: Scene, life: LifeSettings | None = None, casters: str = "geometry") -> ImpostorChoice:
+    """All of a model as one impostor, however cheap its geometry is; two texels a pixel, as a pixel has 2 × 2 samples."""
+    group = ImpostorGroup("model", tuple(range(len(scene.object_names))))
+    choice = ImpostorChoice((group,), life=life or LifeSettings(), never_dearer=False, casters=casters)
+    return replace(choice, capture=replace(choice.capture, texels_per_pixel=1.0))
+
+
+def lived(renderer: Renderer, name: str, degrees: int, life: LifeSettings) -> dict:
+    """One orbit under one life cycle: captures, quality, jumps at renewals."""
+    scene, real = load(name), truth(renderer, name, degrees)
+    shown = film(renderer, scene, range(degrees), whole(scene, life))
+    quality = [min(psnr_db(a, b, u), 99.0) for (a, u), (b, _) in zip(shown.frames, real.frames, strict=True)]
+    jumps, true_jumps = shown.differences(), real.differences()
+    renewed = np.array([s == "regenerated" for s in shown.stages[1:]])
+    return {
+        "model": name,
+        "frames": degrees,
+        "captures": shown.stages.count("regenerated"),
+        "geometry": shown.stages.count("geometry"),
+        "sprite_deg": sprite_degrees(Stage(None, scene)),
+        "psnr_min": min(quality),
+        "psnr_median": float(np.median(quality)),
+        "below_26": sum(q < 26.0 for q in quality),
+        "jump": float(jumps[renewed].max() / np.median(jumps)) if renewed.any() else None,
+        "true_jump": float(true_jumps.max() / np.median(true_jumps)),
+        "jump_beside": float((jumps / np.maximum(true_jumps, 1e-9))[renewed].max()) if renewed.any() else None,
+    }
+
+
+def orbit(renderer: Renderer, name: str, degrees: int) -> list[dict]:
+    """The default life cycle round one model."""
+    return [lived(renderer, name, degrees, LifeSettings())]
+
+
+def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
+    """One orbit per life cycle."""
+    return [lived(renderer, name, degrees, rules) | {"way": way} for way, rules in LIVES.items()]
+
+
+def sprite_degrees(stage: Stage) -> float:
+    """How far the orbit goes on before Schaufler's β exceeds a pixel of a picture of `SIDE`²: the life of a sprite, in degrees."""
+    size = (SIDE, SIDE)
+    frame = capture_frame(stage.hull, stage.camera(0, 20, 8.0), size)
+    low, high = 0.0, 45.0
+    for _ in range(30):
+        middle = (low + high) / 2.0
+        found = betas(frame, stage.hull, stage.camera(middle, 20, 8.0), size)
+        low, high = (middle, high) if found.total <= found.screen else (low, middle)
+    return low
+
+
+def on_a_floor(scene: Scene) -> Scene:
+    """The scene with a square under it, four times as wide: its last object."""
+    box = scene.bounds_ws()
+    middle, half = box.mean(axis=0), 2.0 * float((box[1] - box[0])[:2].max())
+    corners = np.array([[x, y, 0.0] for y in (-half, half) for x in (-half, half)]) + [middle[0], middle[1], box[0, 2]]
+    floor = Mesh(("floor", scene.object_names), corners, corners, np.array([[0, 1, 3], [0, 3, 2]]))
+    own = scene.instances
+    placing = Instances(
+        np.append(own.mesh_index, len(scene.meshes)),
+        np.concatenate([own.world_from_object, np.eye(4)[None]]),
+        np.append(own.object_id, len(scene.object_names)),
+        np.append(own.material_slot, 0),
+        np.concatenate([own.base_color, np.full((1, 4), 0.7)]),
+    )
+    return Scene((*scene.meshes, floor), placing, (*scene.object_names, "floor"), scene.origin_ws)
+
+
+def shadows(renderer: Renderer, name: str) -> list[dict]:
+    """Shadows on a floor from casters captured from the sun against those of the triangles, from four sides."""
+    bare = load(name)
+    scene, stage, rows = on_a_floor(bare), Stage(None, bare), []
+    for angle in (30, 120, 210, 300):
+        camera, seen = stage.camera(angle, 40, 5.0), {}
+        for casters in CASTERS:
+            frame = renderer.render(
+                scene,
+                camera,
+                stage.sun(),
+                SETTINGS,
+                (2 * SIDE, 2 * SIDE),
+                ("shadow", "object"),
+                measure=False,
+                impostors=whole(bare, casters=casters),
+            )
+            seen[casters] = frame.passes
+        floor = (seen["geometry"]["object"] == len(bare.object_names)) & (seen["impostor"]["object"] == len(bare.object_names))
+        there, real = (seen[casters]["shadow"][floor] for casters in ("impostor", "geometry"))
+        wrong = int((np.abs(there - real) > 0.5).sum())
+        rows.append({"model": name, "floor": int(floor.sum()), "dark": int((real < 0.5).sum()), "wrong": wrong})
+    return rows
