@@ -54,8 +54,6 @@ class Part:
     def is_cut(self, camera: Camera) -> bool:
         """True when the camera's near plane passes through the object: of the triangles that it cuts one sees the inside."""
         away = -camera.view_from_world[2]
-        if (self.hull_ws @ away[:3] + away[3]).min() >= camera.near:
-            return False
         instances = self.scene.instances
         rows = away @ instances.world_from_object[self.rows]
         meshes = (self.scene.meshes[i].positions for i in instances.mesh_index[self.rows])
@@ -141,11 +139,13 @@ class Sights:
         places, columns = {i: place for place, i in enumerate(live)}, {name: column.tolist() for name, column in errors.items()}
         bounds = np.array([part.bounds_ws for part in parts]).reshape(-1, 2, 3)
         shown = visible(bounds, frustum_planes(view.camera.clip_from_world)) if len(parts) else np.zeros(0, bool)
+        away = -view.camera.view_from_world[2]
+        reaches_near = (bounds * away[:3]).min(axis=1).sum(axis=1) + away[3] < view.camera.near
         seen = []
         for i, part in enumerate(parts):
             if not part.triangles or not shown[i]:
                 seen.append(Seen(Sight(is_visible=False), None, {}))
-            elif part.is_cut(view.camera):
+            elif reaches_near[i] and part.is_cut(view.camera):
                 seen.append(Seen(Sight(is_cut=True), None, {}))
             elif i in places and betas[places[i]].total < np.inf:
                 values = {name: column[places[i]] for name, column in columns.items()}
