@@ -213,6 +213,18 @@ def test_exact_test_serves_every_warp_and_partition(renderer, warp, partition):
     assert acne < 0.002
 
 
+@pytest.mark.parametrize("past_px", [-1e-3, -3e-4, 1e-3])
+def test_a_pixel_centre_just_past_a_crease_is_not_shadowed_by_the_face_behind_it(renderer, past_px):
+    """The rasteriser rounds corners to 1/256 pixel, so the floor gets centres that lie inside the wall: a row of dark pixels otherwise."""
+    floor, wall = scenes.sheet((-3, -3, 0), (3, -3, 0), (3, 0, 0), (-3, 0, 0)), scenes.sheet((-3, 0, 0), (3, 0, 0), (3, 0, 3), (-3, 0, 3))
+    camera = scenes.look_at((0.0, -2.0, 1.5), (0.0, 0.0, 0.03 * past_px), near=0.3, far=20.0)
+    chosen, passes = settings(size=256, kind="triangle"), ("shadow", "object")
+    frame = renderer.render(scenes.scene_of(scenes.joined(floor, wall)), camera, scenes.sun(40.0, -80.0), chosen, (160, 91), passes)
+    seen = frame.passes["object"] >= 0
+    assert seen.sum() > 5000
+    assert (frame.passes["shadow"][seen] == 1.0).all()
+
+
 @pytest.mark.parametrize("kind", ["spot", "point"])
 @pytest.mark.parametrize("test", ["depth", "triangle"])
 def test_finite_lights_cast_right_shadows(renderer, kind, test):
