@@ -21,9 +21,9 @@ rasteriser. What was found is in [findings.md](findings.md), *Impostors*.
 
 
 def keep(name: str, rows: list[dict]) -> None:
-    """Write the rows of one table, replacing those of the same models."""
-    models = {row.get("model") for row in rows}
-    rest = [row for row in kept(name) if row.get("model") not in models]
+    """Write rows of one table, replacing those of the same models (and distances)."""
+    new = {(row.get("model"), row.get("radii")) for row in rows}
+    rest = [row for row in kept(name) if (row.get("model"), row.get("radii")) not in new]
     RESULTS.mkdir(exist_ok=True)
     (RESULTS / f"impostors-{name}.json").write_text(json.dumps(rest + rows, indent=0) + "\n", encoding="utf-8")
 
@@ -113,7 +113,10 @@ def _pictures(rows: list[dict]) -> str:
                 cells.append(f"{db:.1f} / {ssim:.2f} / {iou:.3f} / {missing:.1f} / {false:.1f}")
             lines.append((way, *cells))
         angles = [f"{a}°" for a in sorted({r["angle"] for r in rows})]
-        parts.append(f"{radii:g} radii: PSNR dB / SSIM / silhouette IoU / missing % / false %\n\n" + table(("", *angles), lines))
+        models = len({r["model"] for r in rows if r["radii"] == radii})
+        parts.append(
+            f"{radii:g} radii, {models} models: PSNR dB / SSIM / silhouette IoU / missing % / false %\n\n" + table(("", *angles), lines)
+        )
     return "\n\n".join(parts)
 
 
@@ -149,7 +152,7 @@ def _life(rows: list[dict]) -> str:
         "geometry frames",
     )
     return (
-        f"## Life\n\nOrbit at 1° a frame, 8 radii, with shadows, 2 × 2 samples, {len({r['model'] for r in rows})} models; degrees "
+        f"## Life\n\nThe same orbits under other life cycles, {len({r['model'] for r in rows})} models; degrees "
         "(= frames) per capture, and over the degrees that a sprite lives by Schaufler's β; worst frame over all models; largest jump = "
         "the frame difference at a renewal over the median frame difference.\n\n" + table(head, lines)
     )
@@ -172,10 +175,10 @@ def _orbit(rows: list[dict]) -> str:
     ]
     head = ("model", "captures", "as geometry", "life × sprite's", "PSNR, median", "PSNR, worst", "below 26 dB", "jump", "true jump")
     return (
-        f"## Orbits\n\n{max(r['frames'] for r in rows)} frames at 1° round each model, 8 radii, with shadows, the default life cycle, two "
-        "texels a pixel, 2 × 2 samples; PSNR over the union of the silhouettes (99 = equal). Jump: the largest frame difference at a "
-        "renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer than "
-        "its texels is drawn as geometry until it is seen from elsewhere.\n\n" + table(head, lines)
+        f"## Orbits\n\n{max(r['frames'] for r in rows)} frames at 1° round each model, 8 radii, with shadows, the default life cycle, 192² "
+        "pixels of 2 × 2 samples, a texel a sample; PSNR over both silhouettes (99 = equal). Jump: the largest frame difference at "
+        "a renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer "
+        "than its texels is drawn as geometry until it is seen from elsewhere.\n\n" + table(head, lines)
     )
 
 
@@ -185,14 +188,28 @@ def _shadows(rows: list[dict]) -> str:
         floor, dark, wrong = (sum(r[k] for r in rows if r["model"] == model) for k in ("floor", "dark", "wrong"))
         lines.append((model, 100.0 * dark / floor, 100.0 * wrong / floor, 100.0 * wrong / max(dark, 1)))
     return (
-        "## Shadows cast by impostors\n\nA floor under each model, a sun, a map of 1024², four sides at 5 radii; casters captured from the "
-        "sun against the triangles in the same map. Misclassified: pixels of the floor that are lit in one picture and dark in the other.\n\n"
+        "## Shadows cast by impostors\n\nA floor under each model, a sun, a map of 1024², four sides at 5 radii; captured from the "
+        "sun against the triangles in the same map. Misclassified: pixels of the floor lit in one picture and dark in the other.\n\n"
         + table(("model", "floor in shadow %", "misclassified %", "of the shadow %"), lines)
     )
 
 
 def _speed(rows: list[dict]) -> str:
-    return "## Speed\n\nG-buffer pass at 512², medians, milliseconds.\n\n" + table(
-        ("triangles", "texture", "geometry", "impostor", "capture", "200 predictions"),
-        [(r["triangles"], r["texture"], r["geometry_ms"], r["impostor_ms"], r["capture_ms"], r["predict_200_ms"]) for r in rows],
+    pair = "{:.1f} ({:.1f})".format
+    lines = [
+        (
+            r["triangles"],
+            r["texture"],
+            pair(r["geometry_ms"], r["geometry_cpu_ms"]),
+            pair(r["impostor_ms"], r["impostor_cpu_ms"]),
+            f"1/{r['geometry_ms'] / r['impostor_ms']:.1f} (1/{r['geometry_cpu_ms'] / r['impostor_cpu_ms']:.1f})",
+            r["capture_ms"],
+            pair(r["predict_200_ms"], r["predict_200_cpu_ms"]),
+        )
+        for r in rows
+    ]
+    return (
+        "## Speed\n\nA ball, the G-buffer pass at 512², the impostor seen 10° from its capture; drawn in turn, medians, ms; in brackets "
+        "processor time of all threads, which other programs on the machine disturb less.\n\n"
+        + table(("triangles", "texture", "geometry", "impostor", "share", "capture", "200 predictions"), lines)
     )

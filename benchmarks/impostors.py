@@ -95,17 +95,18 @@ def speed(worker: GpuWorker) -> list[dict]:
             impostor = stage.capture(stage.camera(30, 20, 8.0), (512, 512), texels=1.0)
             size = f"{impostor.frame.width}×{impostor.frame.height}"
             textures = relief_set([impostor.edges] * 200)
-            times = _milliseconds(
+            wall, cpu = _milliseconds(
                 lambda: stage.direct(camera, (512, 512)),
                 lambda: stage.drawn(camera, (512, 512), [impostor]),
                 lambda: predict(textures, camera, (512, 512), exact=False),
             )
-            (made,) = _milliseconds(lambda: stage.capture(camera, (512, 512), texels=1.0).release(), repeats=3)
+            (made,), _ = _milliseconds(lambda: stage.capture(camera, (512, 512), texels=1.0).release(), repeats=3)
             impostor.release()
             return {
                 "triangles": scene.triangle_count,
                 "texture": size,
-                **dict(zip(("geometry_ms", "impostor_ms", "predict_200_ms"), times, strict=True)),
+                **dict(zip(("geometry_ms", "impostor_ms", "predict_200_ms"), wall, strict=True)),
+                **dict(zip(("geometry_cpu_ms", "impostor_cpu_ms", "predict_200_cpu_ms"), cpu, strict=True)),
                 "capture_ms": made,
             }
 
@@ -113,15 +114,16 @@ def speed(worker: GpuWorker) -> list[dict]:
     return rows
 
 
-def _milliseconds(*jobs: Callable[[], object], repeats: int = 11) -> list[float]:
-    """Median times of jobs that wait for the GPU themselves, done in turn so that all have the same share of a busy machine."""
-    times = np.zeros((repeats + 1, len(jobs)))
+def _milliseconds(*jobs: Callable[[], object], repeats: int = 11) -> tuple[list[float], list[float]]:
+    """Median wall and processor times (all threads) of jobs that wait for the GPU themselves, done in turn."""
+    times = np.zeros((repeats + 1, 2, len(jobs)))
     for round_of in times:
         for i, job in enumerate(jobs):
-            begin = time.perf_counter()
+            begin = time.perf_counter(), time.process_time()
             job()
-            round_of[i] = time.perf_counter() - begin
-    return (1e3 * np.median(times[1:], axis=0)).tolist()
+            round_of[:, i] = time.perf_counter() - begin[0], time.process_time() - begin[1]
+    wall, cpu = 1e3 * np.median(times[1:], axis=0)
+    return wall.tolist(), cpu.tolist()
 
 
 def main() -> None:
