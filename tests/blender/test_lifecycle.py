@@ -95,7 +95,7 @@ def test_blender_ends_though_the_extension_is_enabled_and_has_rendered(tmp_path)
     link.symlink_to(ROOT, target_is_directory=True)
     environment = os.environ | {"BLENDER_USER_RESOURCES": str(tmp_path)}
     command = [sys.executable, "-c", LEAVE_WITHOUT_DISABLING]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60, cwd=tmp_path)
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240, cwd=tmp_path)
     assert "rendered" in done.stdout, done.stderr
     assert done.returncode == 0, done.stderr
 
