@@ -20,7 +20,7 @@ from benchmarks.tables import table
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, RESULTS, TAKEN = ROOT / "docs" / "window.md", ROOT / "benchmarks" / "results" / "window.json", ROOT / "build" / "gui" / "result.json"
 MARKED = re.compile(r"(<!-- window: ([a-z]+) -->\n).*?(<!-- end -->)", re.DOTALL)
-HELD = ("cpu", "call", "lock", "events")
+HELD = ("cpu", "lock", "events")
 OBJECTS, MESHES, ROUNDS = (1_000, 10_000), 100, 40
 
 
