@@ -57,7 +57,7 @@ class LifeSettings:
     opening: float = 0.28
     resampling: float = 0.05
     turning: float = 0.05
-    finest: float = 0.35
+    finest: float = 0.3
     regenerations: int = 1
     memory_bytes: int = 256 << 20
     fade_frames: int = 0

@@ -12,6 +12,7 @@ import moderngl
 import numpy as np
 
 from ..maths.relief import CaptureFrame, shift_unit
+from ..maths.relief_outline import STEEPEST
 from .clusters import frustum_planes
 from .device import Device
 from .draw_list import DrawList
@@ -25,8 +26,6 @@ SAMPLES = 2
 BYTES_PER_TEXEL = 40
 APART_TEXELS = 0.25
 """Surfaces nearer to each other than this are one when the back layer is peeled."""
-STEEPEST = 64.0
-"""Texels of depth per texel up to which a texel's plane follows its triangle: surfaces seen at less than 0.9° lie flatter than they are."""
 DEFINES = {"EMPTY": f"{EMPTY:.1f}", "STEEPEST": f"{STEEPEST:.1f}"}
 
 

@@ -201,6 +201,24 @@ def test_no_rubber_sheet_spans_a_depth_step(on_gl):
     assert (to_rod < 0.03).sum() > 100
 
 
+def test_a_face_seen_at_a_slant_does_not_grow_beyond_the_outline(on_gl):
+    """Its planes are so steep that a texel's would reach far out where the eye turns away from the face."""
+
+    def job(rig):
+        impostor = rig.capture(eye(0.0), texels=1.0)
+        pictures = [(rig.draw(eye(turn), impostor)[1], rig.direct(eye(turn))[1]) for turn in (0.04, 0.09)]
+        impostor.release()
+        return pictures
+
+    def eye(turn):
+        return orbit(0.05 - turn, distance=4.0, height=0.25)
+
+    slab = scenes.box((-0.5, -0.8, 0.1), (0.13, 0.8, 0.8))
+    for ids, truth in on_gl(job, scene=scenes.scene_of(slab)):
+        shown, seen = ids[..., 0] > 0, truth[..., 0] > 0
+        assert (shown & ~seen).sum() < 0.01 * seen.sum()
+
+
 @pytest.mark.parametrize("perspective", [True, False])
 def test_leaping_over_tiles_and_leaving_out_blocks_changes_no_picture(on_gl, perspective):
     """Against the walk through every texel from the plane to the bounds' back, in one block."""
