@@ -96,8 +96,8 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "limit",
         "number",
         "Error Limit",
-        "Predicted error above which an impostor is captured anew, in the predictor's unit; the edge sums count as a share of the pixels "
-        "that the impostor covers",
+        "Predicted error above which an impostor is captured anew, in the predictor's unit; with the edge sums the share of its pixels "
+        "that are wrong",
         low=1e-6,
         high=1e9,
         soft=(0.005, 0.5),
