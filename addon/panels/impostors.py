@@ -37,8 +37,9 @@ LIFE = (
     "impostor_fresh",
 )
 ICONS = {"sprite": "IMAGE_DATA", "warp": "MOD_WARP", "regenerated": "FILE_REFRESH", "geometry": "MESH_DATA", "hidden": "HIDE_ON"}
-COLUMNS = (("Name", 0.52), ("Error", 0.4), ("Age", 0.5), ("MiB", 1.0))
-"""The list's columns; each takes its share of what those before it leave. The error stands there in per cent of its limit."""
+COLUMNS = (("Name", "NONE", 0.56), ("Error", "NONE", 0.42), ("", "TIME", 0.42), ("MiB", "NONE", 1.0))
+"""The list's columns, heading and icon; each takes its share of what those before it leave. The error stands there in per cent of its
+limit, the age, below a clock, in pictures."""
 
 
 _known: list[tuple[tuple[object, ...], str, dict[tuple[str, int], MarkState]]] = []
@@ -47,7 +48,7 @@ _known: list[tuple[tuple[object, ...], str, dict[tuple[str, int], MarkState]]] =
 def columns(layout: bpy.types.UILayout) -> list[bpy.types.UILayout]:
     """A row's cells."""
     cells, rest = [], layout
-    for _, share in COLUMNS[:-1]:
+    for _, _, share in COLUMNS[:-1]:
         rest = rest.split(factor=share, align=True)
         cells.append(rest.row(align=True))
     return [*cells, rest.row(align=True)]
@@ -154,8 +155,8 @@ def draw_impostors(self: bpy.types.Panel, context: bpy.types.Context) -> None:
 def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     manager, row = context.window_manager, layout.row()
     table, side = row.column(), row.column(align=True)
-    for cell, (label, _) in zip(columns(table), COLUMNS, strict=True):
-        cell.label(text=label)
+    for cell, (label, icon, _) in zip(columns(table), COLUMNS, strict=True):
+        cell.label(text=label, icon=icon)
     table.template_list("CAD_SHADOW_UL_impostors", "", manager, ROWS, manager, INDEX, rows=3)
     side.separator(factor=3.0)
     side.operator("cad_shadow.impostor_create", text="", icon="ADD").target = "OBJECTS"
