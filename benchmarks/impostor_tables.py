@@ -37,7 +37,7 @@ def kept(name: str) -> list[dict]:
 def write() -> None:
     """docs/impostors.md from all that was measured."""
     parts = [INTRO]
-    makers = {"predictors": _predictors, "pictures": _pictures, "life": _life, "orbit": _orbit, "shadows": _shadows, "speed": _speed}
+    makers = {"predictors": _predictors, "pictures": _pictures, "orbit": _orbit, "life": _life, "shadows": _shadows, "speed": _speed}
     for name, make in makers.items():
         rows = kept(name)
         parts.append(make(rows) if rows else f"(`{name}` was not measured.)")
@@ -111,12 +111,10 @@ def _pictures(rows: list[dict]) -> str:
                 db, iou = (float(np.median([r[k] for r in chosen])) for k in ("psnr_db", "silhouette_iou"))
                 ssim, missing, false = (float(np.median([r[k] for r in chosen])) for k in ("ssim", "missing_pct", "false_pct"))
                 cells.append(f"{db:.1f} / {ssim:.2f} / {iou:.3f} / {missing:.1f} / {false:.1f}")
-            lines.append((way, *cells))
+            models = len({r["model"] for r in rows if (r["way"], r["radii"]) == (way, radii)})
+            lines.append((way, models, *cells))
         angles = [f"{a}°" for a in sorted({r["angle"] for r in rows})]
-        models = len({r["model"] for r in rows if r["radii"] == radii})
-        parts.append(
-            f"{radii:g} radii, {models} models: PSNR dB / SSIM / silhouette IoU / missing % / false %\n\n" + table(("", *angles), lines)
-        )
+        parts.append(f"{radii:g} radii: PSNR dB / SSIM / silhouette IoU / missing % / false %\n\n" + table(("", "models", *angles), lines))
     return "\n\n".join(parts)
 
 
@@ -152,7 +150,8 @@ def _life(rows: list[dict]) -> str:
         "geometry frames",
     )
     return (
-        f"## Life\n\nThe same orbits under other life cycles, {len({r['model'] for r in rows})} models; degrees "
+        f"## Life\n\nThe first {min(r['frames'] for r in rows)} frames of these orbits under other life cycles, "
+        f"{len({r['model'] for r in rows})} models; degrees "
         "(= frames) per capture, and over the degrees that a sprite lives by Schaufler's β; worst frame over all models; largest jump = "
         "the frame difference at a renewal over the median frame difference.\n\n" + table(head, lines)
     )
