@@ -212,8 +212,8 @@ def exact(rows: list[Row]) -> str:
     tests = [name for name in ("exact", "outlines") if f"{name}, 2048²" in means]
     ratios = [f"{size}: " + ", ".join(f"{name} **{means[f'{name}, {size}'] / means[f'depth, {size}']:.2f}**" for name in tests)
               for size in ("1024²", "2048²")]
-    costs = [(n, middle(where(rows, method=n), "shade_ms"), f"{mean(where(rows, method=n), 'acne_pct'):.4f}",
-              max(r.acne_pct or 0.0 for r in where(rows, method=n))) for n in names]
+    acne = [(n, f"{mean(where(rows, method=n), 'acne_pct'):.4f}", f"{max(r.acne_pct or 0.0 for r in where(rows, method=n)):.4f}")
+            for n in names]
     by_place = {(r.model, r.light, r.method): r.misclassified_pct for r in rows}
     pairs = [(by_place[m, light, f"exact, {size}"], value) for (m, light, name), value in by_place.items()
              for size in ("1024²", "2048²") if name == f"depth, {size}"]
@@ -225,7 +225,7 @@ def exact(rows: list[Row]) -> str:
             f"exact at 2048² over depth at 8192²: **{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). "
             f"Pictures in which exact is worse than depth with the same map: {worse} of {len(pairs)}.\n\n"
             + table(("model", *names), [*lines, ("**mean**", *means.values())]) + "\n\n"
-            + table(("test", "shade ms (median)", "acne %", "worst"), costs))
+            + "What each costs: [shadow tests](shadow_tests.md).\n\n" + table(("test", "acne %", "worst"), acne))
 
 
 SECTIONS = {"first-light-warp": first_light_warp, "first-light-fit": first_light_fit, "methods": methods, "texels": texels, "bias": bias,
