@@ -84,8 +84,8 @@ class PartitionChoice:
         require_choice("Cut", self.cut, CUTS)
         require(1 <= self.count <= 8, "The number of z partitions must lie between 1 and 8.")
         require(0.0 <= self.split_weight <= 1.0, "The split weight must lie between 0 (linear) and 1 (logarithmic).")
-        alphas = self.alpha if self.alpha is not None else USUAL_ALPHA
-        require(len(alphas) >= 1 and all(1.0 < a < inf for a in alphas), "Every α must be greater than 1 (usually 2 to 4).")
+        usable = self.alpha is None or (len(self.alpha) >= 1 and all(1.0 < a < inf for a in self.alpha))
+        require(usable, "Every α must be greater than 1 (usually 2 to 4).")
         require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
 
     @property

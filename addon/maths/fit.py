@@ -80,7 +80,10 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
     first = spaces[0][1]
     along = choice.cut != "view" and light.kind == "sun" and not _has_faces(camera, light, partition) and choice.z_count > 1
     halved = along and slice_count(choice) < choice.z_count
-    choice = replace(choice, count=slice_count(choice)) if halved else choice if along else replace(choice, cut="view")
+    if not along:
+        choice = replace(choice, cut="view")
+    elif halved:
+        choice = replace(choice, count=slice_count(choice))
     splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
     projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Protocol
 
 import bpy
 
-from .. import session, sources
+from .. import image_editor, session, sources
 from ..errors import Cancelled, UserError
 from ..job import Cancels, Outcome, Pending, Progress
 from ..redraw import redraw
 from .ticking import Ticking
+
+if TYPE_CHECKING:
+    import numpy as np
 
 
 class NeedsMeshes:
@@ -150,6 +154,11 @@ class OnThread:
         return self._future.result()
 
 
+def on_thread(context: bpy.types.Context, work: Callable[..., object], *more: object) -> PendingView:
+    """Have the view read, then `work(job, *more, say, is_given_up)` done on a thread of its own."""
+    return PendingView(context, lambda reading: OnThread(partial(work, reading.job(bpy.context), *more)))
+
+
 class JobOperator(Ticking, NeedsMeshes):
     """Mix-in: makes a job of the current view, runs it, remembers the outcome, and calls `finish(context, outcome)`.
 
@@ -207,3 +216,19 @@ class JobOperator(Ticking, NeedsMeshes):
         self.take(context, result)
         redraw(context)
         return {"FINISHED"}
+
+
+class PictureOperator(JobOperator):
+    """Mix-in: the operator's `work(job, say, is_given_up)` makes of the view an outcome and a data picture as an editor holds it, which is
+    shown under the operator's `title`. The outcome is remembered: the Quality panel lists its numbers.
+    """
+
+    def start(self, context: bpy.types.Context) -> PendingView:
+        """Have the view read, then the work done."""
+        return on_thread(context, self.work)
+
+    def take(self, context: bpy.types.Context, result: tuple[Outcome, np.ndarray]) -> None:
+        """Show the picture."""
+        outcome, picture = result
+        super().take(context, outcome)
+        image_editor.show(context, image_editor.to_image(picture, f"{image_editor.NAME}: {self.title}", is_data=True))

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 import bpy
 
 from .. import image_editor
 from ..job import ENGINE_PASSES, Cancels, Job, Outcome, Progress, run
-from .background import JobOperator, OnThread, PendingView
+from .background import PictureOperator
 
 if TYPE_CHECKING:
     import numpy as np
 
 PASSES = (*ENGINE_PASSES, "object", "partition")
-TITLE = "difference from ray-traced truth"
 SHARE_OF_PICTURE = 0.2  # of the progress; the rays take longer
 
 
@@ -32,7 +30,7 @@ def compared(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcome, np
     return outcome, image_editor.displayed(against_truth(outcome))
 
 
-class CAD_SHADOW_OT_compare(JobOperator, bpy.types.Operator):
+class CAD_SHADOW_OT_compare(PictureOperator, bpy.types.Operator):
     """Trace rays through the current view and count the pixels whose shadow is wrong: misclassified, acne, leaks, displaced edges.
     Shows where: red acne, blue leaks, yellow edges"""
 
@@ -40,15 +38,8 @@ class CAD_SHADOW_OT_compare(JobOperator, bpy.types.Operator):
     bl_label = "Compare with Ray-Traced Truth"
     bl_options = {"REGISTER"}
 
-    def start(self, context: bpy.types.Context) -> PendingView:
-        """Ask the worker for the picture; the rays follow."""
-        return PendingView(context, lambda reading: OnThread(partial(compared, reading.job(bpy.context))))
-
-    def take(self, context: bpy.types.Context, result: tuple[Outcome, np.ndarray]) -> None:
-        """Show the picture of the differences; the Quality panel lists the numbers."""
-        outcome, difference = result
-        super().take(context, outcome)
-        image_editor.show(context, image_editor.to_image(difference, f"{image_editor.NAME}: {TITLE}", is_data=True))
+    work = staticmethod(compared)
+    title = "difference from ray-traced truth"
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Say the most telling numbers."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 import bpy
@@ -10,7 +9,7 @@ import bpy
 from .. import image_editor
 from ..job import Cancels, Job, Outcome, Progress, run
 from ..light_view import SIZE, light_picture
-from .background import JobOperator, OnThread, PendingView
+from .background import PictureOperator
 
 if TYPE_CHECKING:
     import numpy as np
@@ -23,22 +22,15 @@ def seen_by_light(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcom
     return outcome, image_editor.displayed(light_picture(outcome.job, outcome.frame.plan, SIZE))
 
 
-class CAD_SHADOW_OT_light_view(JobOperator, bpy.types.Operator):
+class CAD_SHADOW_OT_light_view(PictureOperator, bpy.types.Operator):
     """Show what the light sees: the outlines of the shadow maps over the camera's view, and each surface in the colour of its map"""
 
     bl_idname = "cad_shadow.light_view"
     bl_label = "Light's View"
     bl_options = {"REGISTER"}
 
-    def start(self, context: bpy.types.Context) -> PendingView:
-        """Ask for the view's maps, then for the picture."""
-        return PendingView(context, lambda reading: OnThread(partial(seen_by_light, reading.job(bpy.context))))
-
-    def take(self, context: bpy.types.Context, result: tuple[Outcome, np.ndarray]) -> None:
-        """Show the picture; the Quality panel lists the view's numbers."""
-        outcome, picture = result
-        super().take(context, outcome)
-        image_editor.show(context, image_editor.to_image(picture, f"{image_editor.NAME}: light's view", is_data=True))
+    work = staticmethod(seen_by_light)
+    title = "light's view"
 
     def finish(self, _context: bpy.types.Context, _outcome: Outcome) -> None:
         """The picture says it all."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import bpy
 import numpy as np
 
@@ -11,7 +9,7 @@ from .. import image_editor
 from ..sun_pictures import study
 from ..sun_properties import hours_of, sky_of
 from ..sun_study import moments
-from .background import JobOperator, OnThread, PendingView
+from .background import JobOperator, PendingView, on_thread
 
 IMAGE = f"{image_editor.NAME}: sun study"
 
@@ -28,7 +26,7 @@ class CAD_SHADOW_OT_sun_study(JobOperator, bpy.types.Operator):
         props = context.scene.cad_shadow.sun
         clock, place = sky_of(props)
         times = moments(clock, place, *hours_of(props), props.steps)
-        return PendingView(context, lambda reading: OnThread(partial(study, reading.job(bpy.context), times)))
+        return on_thread(context, study, times)
 
     def take(self, context: bpy.types.Context, sheet: np.ndarray) -> None:
         """Show the sheet; the view's last report stays what it was."""
