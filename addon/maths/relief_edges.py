@@ -95,86 +95,116 @@ def relief_edges(
     last = back if last_m is None else np.where(mask, np.maximum(last_m, back), 0.0).astype(np.float64)
     if not (np.isfinite(depth).all() and np.isfinite(back).all() and np.isfinite(last).all()):
         raise SceneError("The impostor's depth holds values that are not finite: capture it again.")
-    pairs, step, is_edge, is_inside = (
-        np.concatenate(parts)
-        for parts in zip(*(_axis_pairs(frame, depth, last, mask, axis, choice.edge_texels) for axis in (0, 1)), strict=True)
-    )
-    region = _regions(frame, pairs, choice.regions)
-    steps = pairs[is_edge & is_inside]
+    axes = [_AxisSteps.along(frame, depth, last, mask, axis, choice.edge_texels) for axis in (0, 1)]
+    steps, outline = (np.concatenate([axis.pairs(*at(axis)) for axis in axes]) for at in (lambda a: a.edges, lambda a: a.outline))
     edges = [np.column_stack([steps, np.zeros(len(steps)), np.ones(len(steps))])]
-    edges.append(behind_the_outline(frame, depth, back, last, mask, pairs[~is_inside]))
+    edges.append(behind_the_outline(frame, depth, back, last, mask, outline))
     if back_m is not None:
         edges.append(_ends_of_the_hidden(frame, depth, back, mask, steps))
     edges = np.concatenate(edges)
-    corrected = is_edge | is_inside
-    sums, totals = _directional_sums(frame, edges, choice.bins)
-    count = choice.regions[0] * choice.regions[1]
     return ReliefEdges(
         frame,
         edges,
-        _largest(pairs[is_inside], step[is_inside], region[is_inside], count),
-        _largest(pairs[corrected], step[corrected], region[corrected], count),
-        _largest(pairs[is_inside], step[is_inside], np.zeros(is_inside.sum(), int), 1)[0],
-        _largest(pairs[corrected], step[corrected], np.zeros(corrected.sum(), int), 1)[0],
-        sums,
-        totals,
+        _largest(axes, choice.regions, with_outline=False),
+        _largest(axes, choice.regions, with_outline=True),
+        _largest(axes, (1, 1), with_outline=False)[0],
+        _largest(axes, (1, 1), with_outline=True)[0],
+        *directional_sums(frame, edges, choice.bins),
         int(mask.sum()),
-        int((is_edge | ~is_inside).sum()),
+        len(steps) + len(outline),
     )
 
 
-def _axis_pairs(
-    frame: CaptureFrame, depth: np.ndarray, last: np.ndarray, mask: np.ndarray, axis: int, edge_texels: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """(pairs, step in metres, is a depth edge, both on the object) of all neighbours along `axis` (0: u, 1: v) that touch the object."""
-    d, b, m = (x if axis == 0 else x.T for x in (depth, last, mask))
-    first, second = (d[:, :-1], b[:, :-1], m[:, :-1]), (d[:, 1:], b[:, 1:], m[:, 1:])
-    inside = first[2] & second[2]
-    outline = first[2] ^ second[2]
-    first_near = np.where(inside, first[0] <= second[0], first[2])
-    near = np.where(first_near, first[0], second[0])
-    far = np.where(inside, np.where(first_near, second[0], first[0]), np.where(first_near, first[1], second[1]))
-    step = np.where(inside | outline, far - near, 0.0)
-    threshold = edge_texels * frame.texel_m
-    is_edge = np.where(inside, step - _slope(d, m, frame.texel_m) > threshold, step > threshold) & (inside | outline)
-    rows, columns = np.nonzero(inside | outline)
-    here = (rows, columns)
-    sign = np.where(first_near[here], -1.0, 1.0)
-    along, across = columns + 1.0, rows + 0.5
-    zero = np.zeros_like(sign)
-    place = (along, across, sign, zero) if axis == 0 else (across, along, zero, sign)
-    reliefs = (relief_from_depth(frame.source, near[here]), relief_from_depth(frame.source, far[here]))
-    return np.stack([*place, *reliefs], axis=-1), step[here], is_edge[here], inside[here]
+@dataclass(frozen=True, eq=False)
+class _AxisSteps:
+    """All neighbours along `axis` (0: u, 1: v) of a texture; the images' rows run along the axis, a pair's column is its first texel's.
 
-
-def _slope(depth: np.ndarray, mask: np.ndarray, texel_m: float) -> np.ndarray:
-    """(h, w − 1): the part of every step along a row that a surface explains: how far its neighbours along the row step the same way.
-
-    A wall of up to `STEEPEST` texels of depth per texel needs to go on at one side (its end at a crease is no edge); what is steeper must
-    go on at both, lest the two halves of an edge that happens to pass over one texel in the middle explain each other.
+    `step` (rows, columns − 1) metres between the pairs' texels where both lie on the object, −1 elsewhere. `edges`, `outline`: (rows,
+    columns) of the pairs across a depth step on the object and of those across its outline; `outline_edges` those of a step behind it.
     """
-    known = mask[:, 1:] & mask[:, :-1]
-    signed = np.where(known, np.diff(depth, axis=1), 0.0)
-    padded, direction = np.pad(signed, ((0, 0), (1, 1))), np.sign(signed)
-    before, after = padded[:, :-2] * direction, padded[:, 2:] * direction
+
+    frame: CaptureFrame
+    axis: int
+    depth: np.ndarray
+    last: np.ndarray
+    mask: np.ndarray
+    step: np.ndarray
+    edges: tuple[np.ndarray, np.ndarray]
+    outline: tuple[np.ndarray, np.ndarray]
+    outline_edges: tuple[np.ndarray, np.ndarray]
+
+    @classmethod
+    def along(cls, frame: CaptureFrame, depth: np.ndarray, last: np.ndarray, mask: np.ndarray, axis: int, edge_texels: float) -> _AxisSteps:
+        """Of images (h, w) that are 0 outside the mask."""
+        d, b, m = (depth, last, mask) if axis == 0 else (np.ascontiguousarray(depth.T), last.T, np.ascontiguousarray(mask.T))
+        inside, threshold = m[:, :-1] & m[:, 1:], edge_texels * frame.texel_m
+        signed = np.where(inside, d[:, 1:] - d[:, :-1], 0.0)
+        step = np.where(inside, np.abs(signed), -1.0)
+        rows, columns = np.nonzero(step > threshold)
+        is_edge = step[rows, columns] - _slope(signed, rows, columns, frame.texel_m) > threshold
+        outline = np.nonzero(m[:, :-1] ^ m[:, 1:])
+        on = outline[0], outline[1] + ~m[outline]
+        behind = b[on] - d[on] > threshold
+        edges, outline_edges = (rows[is_edge], columns[is_edge]), (outline[0][behind], outline[1][behind])
+        return cls(frame, axis, d, b, m, step, edges, outline, outline_edges)
+
+    def pairs(self, rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        """(P, 6) the pairs of these rows and columns."""
+        first, second = (rows, columns), (rows, columns + 1)
+        inside = self.mask[first] & self.mask[second]
+        first_near = np.where(inside, self.depth[first] <= self.depth[second], self.mask[first])
+        near, far = ((rows, columns + chosen) for chosen in (~first_near, first_near))
+        depths = self.depth[near], np.where(inside, self.depth[far], self.last[near])
+        sign, zero = np.where(first_near, -1.0, 1.0), np.zeros(len(rows))
+        place = (columns + 1.0, rows + 0.5, sign, zero) if self.axis == 0 else (rows + 0.5, columns + 1.0, zero, sign)
+        return np.stack([*place, *(relief_from_depth(self.frame.source, d) for d in depths)], axis=-1)
+
+    def with_outline(self) -> np.ndarray:
+        """`step` with those of `outline_edges`."""
+        rows, columns = self.outline_edges
+        on = rows, columns + ~self.mask[rows, columns]
+        step = self.step.copy()
+        step[rows, columns] = self.last[on] - self.depth[on]
+        return step
+
+
+def _slope(signed: np.ndarray, rows: np.ndarray, columns: np.ndarray, texel_m: float) -> np.ndarray:
+    """(P,): the part of steps along rows that a surface explains: how far their neighbours along the row step the same way.
+
+    `signed` (h, w − 1) all steps, 0 across the outline. A wall of up to `STEEPEST` texels of depth per texel needs to go on at one side
+    (its end at a crease is no edge); what is steeper must go on at both, lest the two halves of an edge that happens to pass over one
+    texel in the middle explain each other.
+    """
+    direction, last = np.sign(signed[rows, columns]), signed.shape[1] - 1
+    before = np.where(columns > 0, signed[rows, np.maximum(columns - 1, 0)], 0.0) * direction
+    after = np.where(columns < last, signed[rows, np.minimum(columns + 1, last)], 0.0) * direction
     one_side = np.maximum(before, after)
     return np.maximum(0.0, np.where(one_side <= STEEPEST * texel_m, one_side, np.minimum(before, after)))
 
 
-def _regions(frame: CaptureFrame, pairs: np.ndarray, regions: tuple[int, int]) -> np.ndarray:
-    """(P,) index of the region of RI §5.6 in which every pair's midpoint lies, row by row."""
-    cell = (pairs[:, :2] / [frame.width, frame.height] * regions).astype(int)
-    cell = np.minimum(cell, np.array(regions) - 1)
-    return cell[:, 1] * regions[0] + cell[:, 0]
-
-
-def _largest(pairs: np.ndarray, step: np.ndarray, region: np.ndarray, count: int) -> np.ndarray:
-    """(count, 6): the pair with the largest step in each region (the first of equals), `NO_PAIR` where there is none."""
-    out = np.tile(NO_PAIR, (count, 1))
-    order = np.argsort(-step, kind="stable")
-    found, first = np.unique(region[order], return_index=True)
-    out[found] = pairs[order[first]]
+def _largest(axes: list[_AxisSteps], regions: tuple[int, int], *, with_outline: bool) -> np.ndarray:
+    """(columns × rows, 6): the pair with the largest step in each region of RI §5.6 (the first of equals), row by row; `NO_PAIR` where
+    there is none. A pair lies where its midpoint does."""
+    out, best = np.tile(NO_PAIR, (regions[0] * regions[1], 1)), np.full(regions[0] * regions[1], -1.0)
+    for axis in axes:
+        step = axis.with_outline() if with_outline else axis.step
+        along = _strips(np.arange(1.0, step.shape[1] + 1.0), step.shape[1] + 1, regions[axis.axis])
+        across = _strips(np.arange(0.5, step.shape[0]), step.shape[0], regions[1 - axis.axis])
+        for i, j in np.ndindex(len(across), len(along)):
+            block = step[across[i], along[j]]
+            region = (i, j) @ np.array([regions[0], 1] if axis.axis == 0 else [1, regions[0]])
+            if not block.size or block.max() <= best[region]:
+                continue
+            best[region] = block.max()
+            row, column = np.unravel_index(block.argmax(), block.shape)
+            out[region] = axis.pairs(np.array([across[i].start + row]), np.array([along[j].start + column]))[0]
     return out
+
+
+def _strips(places: np.ndarray, extent: int, count: int) -> list[slice]:
+    """Which of rising `places` lie in each of `count` equal parts of 0…`extent`."""
+    bounds = np.searchsorted(np.minimum((places / extent * count).astype(int), count - 1), np.arange(count + 1))
+    return [slice(*pair) for pair in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
 def _ends_of_the_hidden(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray, mask: np.ndarray, steps: np.ndarray) -> np.ndarray:
@@ -187,13 +217,14 @@ def _ends_of_the_hidden(frame: CaptureFrame, depth: np.ndarray, back: np.ndarray
     start = np.floor(steps[:, :2] + steps[:, 2:4] / 2.0).astype(int)
     background = depth_from_relief(frame.source, steps[:, 5])
     behind = np.minimum(back[start[:, 1], start[:, 0]], background)
-    covering = np.where(mask, depth, np.inf)
-    padded = np.pad(covering, WIDEST, constant_values=np.inf)
+    padded = np.pad(np.where(mask, depth, np.inf), WIDEST, constant_values=np.inf)
+    place, stride = (start + WIDEST) @ [1, padded.shape[1]], inwards @ [1, padded.shape[1]]
     width, going = np.zeros(len(steps), int), np.arange(len(steps))
-    while len(going) and width.max() < WIDEST:
-        place = start[going] + inwards[going] * width[going, None] + WIDEST
-        going = going[padded[place[:, 1], place[:, 0]] < background[going]]
-        width[going] += 1
+    for reached in range(WIDEST):
+        going = going[padded.ravel()[place[going] + stride[going] * reached] < background[going]]
+        width[going] = reached + 1
+        if not len(going):
+            break
     ended = (width < WIDEST) & (behind < background)
     reliefs = [relief_from_depth(frame.source, d[ended]) for d in (behind, background)]
     half = (inwards * width[:, None] / 2.0)[ended]
@@ -205,24 +236,26 @@ SHIFTS = 2.0 * np.linspace(0.0, 1.0, 65) ** 2
 they go on linearly."""
 
 
-def _directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """`sums`, `totals` of `ReliefEdges`."""
-    sums, totals = np.zeros((4, bins, len(SHIFTS))), np.zeros((4, bins, 4))
+def directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
+    """`sums`, `totals` of `ReliefEdges`. Every edge opens along one axis, from the first shift on at which it overtakes its rest."""
     shifts = SHIFTS / shift_unit(frame)
-    for axis, extent in enumerate((frame.width, frame.height)):
-        weight = edges[:, 2 + axis] * (edges[:, 4] - edges[:, 5])
-        strip = np.minimum((edges[:, axis] / extent * bins).astype(int), bins - 1)
-        for side in (0, 1):
-            for cell in range(bins):
-                chosen = edges[((weight < 0.0) if side else (weight > 0.0)) & (strip == cell)]
-                if not len(chosen):
-                    continue
-                step = np.abs(chosen[:, 4] - chosen[:, 5])
-                mean = step @ np.column_stack([chosen[:, :2], chosen[:, 4:6].mean(axis=1)]) / step.sum()
-                totals[2 * axis + side, cell] = [step @ chosen[:, 7], *mean]
-                order = np.argsort(chosen[:, 6] / step)
-                upto = np.searchsorted((chosen[:, 6] / step)[order], shifts)
-                signed = np.column_stack([step, chosen[:, 6]])[order] * chosen[order, 7:]
-                mass, rest = np.concatenate([np.zeros((1, 2)), np.cumsum(signed, axis=0)])[upto].T
-                sums[2 * axis + side, cell] = mass * shifts - rest
-    return sums, totals
+    step = np.abs(edges[:, 4] - edges[:, 5])
+    chosen = edges[step > 0.0]
+    step, axis = step[step > 0.0], (chosen[:, 3] != 0.0).astype(int)
+    side = chosen[np.arange(len(chosen)), 2 + axis] * (chosen[:, 4] - chosen[:, 5]) < 0.0
+    extent = np.array([frame.width, frame.height])[axis]
+    strip = np.minimum((chosen[np.arange(len(chosen)), axis] / extent * bins).astype(int), bins - 1)
+    group, count = (2 * axis + side) * bins + strip, 4 * bins
+
+    def total(weight: np.ndarray) -> np.ndarray:
+        return np.bincount(group, weight, minlength=count)
+
+    means = [chosen[:, 0], chosen[:, 1], (chosen[:, 4] + chosen[:, 5]) / 2.0]
+    weights, signed = total(step), step * chosen[:, 7]
+    totals = np.stack([total(signed), *(total(step * m) / np.where(weights > 0.0, weights, 1.0) for m in means)], axis=-1)
+    cell = group * (len(shifts) + 1) + np.searchsorted(shifts, chosen[:, 6] / step, side="right")
+    mass, rest = (
+        np.bincount(cell, weight, minlength=count * (len(shifts) + 1)).reshape(count, -1)[:, :-1].cumsum(axis=1)
+        for weight in (signed, chosen[:, 6] * chosen[:, 7])
+    )
+    return (mass * shifts - rest).reshape(4, bins, -1), totals.reshape(4, bins, 4)

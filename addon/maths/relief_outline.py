@@ -27,20 +27,24 @@ def behind_the_outline(
     hidden within any useful tilt. The line ends with the part: outside the mask, or where its front steps back. Behind a thin part nothing
     is wider than the part is: then the negative end of the hidden follows, as behind a step (`_ends_of_the_hidden`).
     """
-    u, v, covered = _lines_inwards(frame, depth, mask, outline)
-    front, behind, deep = (np.abs(relief_from_depth(frame.source, d[v, u])) / shift_unit(frame) for d in (depth, back, last))
-    near, far = _at_the_outline(front[:, :2], deep[:, :2], covered[:, 1])
-    along = np.array([-0.5, *range(WIDEST + 1)])
-    deep = np.column_stack([far, np.where(covered, deep, -np.inf)])
-    line, begin, end = hull_pieces(deep, along).T
-    middle, rest = (along[begin] + along[end]) / 2.0, along[end] - along[begin]
-    width, solid = covered.sum(axis=1), np.where(covered, behind, 0.0).max(axis=1)
-    deepest = far.copy()
-    np.maximum.at(deepest, line, deep[line, end])
+    place, stride, width = _lines_inwards(frame, depth, mask, outline)
+    line, x, first = _numbered(width)
+    inwards = place[line] + stride[line] * x
+    unit = shift_unit(frame)
+    behind, deep = (np.abs(relief_from_depth(frame.source, d.ravel()[inwards])) / unit for d in (back, last))
+    two = place[:, None] + stride[:, None] * np.stack([np.zeros_like(width), np.minimum(width - 1, 1)], axis=1)
+    front, ends = (np.abs(relief_from_depth(frame.source, d.ravel()[two])) / unit for d in (depth, last))
+    near, far = _at_the_outline(front, ends, width > 1)
+    line, x, deep = np.append(line, np.arange(len(width))), np.append(x, np.full(len(width), -0.5)), np.append(deep, far)
+    order = np.lexsort((x, line))
+    line, x, deep = line[order], x[order], deep[order]
+    begin, end = hull_pieces(line, x, deep)
+    deepest, solid = far.copy(), np.maximum.reduceat(behind, first) if len(first) else far
+    np.maximum.at(deepest, line[end], deep[end])
     ended = np.flatnonzero((width <= WIDEST) & (solid < deepest))
     parts = (
         (outline, -0.5, near, far, 0.0, 1.0),
-        (outline[line], middle, deep[line, begin], deep[line, end], rest, 1.0),
+        (outline[line[begin]], (x[begin] + x[end]) / 2.0, deep[begin], deep[end], x[end] - x[begin], 1.0),
         (outline[ended], width[ended] / 2.0 - 0.5, solid[ended], deepest[ended], width[ended], -1.0),
     )
     return np.concatenate([_edges_along(frame, *part) for part in parts])
@@ -49,15 +53,30 @@ def behind_the_outline(
 def _lines_inwards(
     frame: CaptureFrame, depth: np.ndarray, mask: np.ndarray, outline: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(u, v, covered), each (P, WIDEST + 1): the texels inwards from the outline's pairs, and whether they still are of the same part."""
+    """(place, stride, width), each (P,): the lines inwards from the outline's pairs as flat places in the images, their first texel and the
+    way to the next, and how many texels, at most `WIDEST` + 1, still are of the same part."""
+    inwards = outline[:, 2:4].astype(int)
     start = np.floor(outline[:, :2] + outline[:, 2:4] / 2.0).astype(int)
-    place = start[:, None] + outline[:, None, 2:4].astype(int) * np.arange(WIDEST + 1)[:, None]
-    limit = np.array([frame.width, frame.height])
-    inside = ((place >= 0) & (place < limit)).all(axis=2)
-    u, v = np.clip(place, 0, limit - 1).transpose(2, 0, 1)
-    covered = inside & mask[v, u]
-    covered[:, 1:] &= np.diff(depth[v, u], axis=1) <= STEEPEST * frame.texel_m
-    return u, v, np.logical_and.accumulate(covered, axis=1)
+    place, stride = start @ [1, frame.width], inwards @ [1, frame.width]
+    room = np.where(inwards < 0, start, np.where(inwards > 0, [frame.width - 1, frame.height - 1] - start, WIDEST)).min(axis=1)
+    width, going = np.ones(len(outline), int), np.arange(len(outline))
+    depth, mask, before = depth.ravel(), mask.ravel(), depth.ravel()[place]
+    for reached in range(1, WIDEST + 1):
+        going = going[room[going] >= reached]
+        here = place[going] + stride[going] * reached
+        goes_on = mask[here] & (depth[here] - before[going] <= STEEPEST * frame.texel_m)
+        going, here = going[goes_on], here[goes_on]
+        if not len(going):
+            break
+        width[going], before[going] = reached + 1, depth[here]
+    return place, stride, width
+
+
+def _numbered(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(owner, number, first): 0…count − 1 of each of `counts` one after the other, whose they are, and where each owner's begin."""
+    first = np.cumsum(counts) - counts
+    owner = np.repeat(np.arange(len(counts)), counts)
+    return owner, np.arange(len(owner)) - first[owner], first
 
 
 def _at_the_outline(front: np.ndarray, last: np.ndarray, goes_on: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -83,20 +102,19 @@ def _edges_along(
     return np.column_stack([middle, pairs[:, 2:4], near * unit, far * unit, np.broadcast_to(rest, len(pairs)), np.full(len(pairs), sign)])
 
 
-def hull_pieces(deep: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """(H, 3) line, begin, end of the pieces at 45° or steeper of the upper hulls of the profiles `deep` (P, n) at the places `along` (n,).
+def hull_pieces(line: np.ndarray, along: np.ndarray, deep: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(begin, end), each (H,): the points between which the pieces at 45° or steeper of the upper hulls of profiles run.
 
-    Rising places; a profile begins at its hull's first corner; −inf is no surface.
+    A profile is the points (`along`, `deep`), each (n,), with the same `line`; they lie together, in the order of their rising places. A
+    point below the line between its neighbours is no corner of the hull, whatever else is none: where none such is left, the rest is it.
     """
-    pieces = [np.empty((0, 3), int)]
-    line, at = np.arange(len(deep)), np.zeros(len(deep), int)
-    while len(line):
-        ahead = along - along[at][:, None]
-        rise = deep[line] - deep[line, at][:, None]
-        slope = np.where(ahead > 0.0, rise / np.where(ahead > 0.0, ahead, 1.0), -np.inf)
-        end = slope.argmax(axis=1)
-        going = slope[np.arange(len(line)), end] >= 1.0
-        line, at, end = line[going], at[going], end[going]
-        pieces.append(np.column_stack([line, at, end]))
-        at = end
-    return np.concatenate(pieces)
+    kept = np.arange(len(line))
+    while True:
+        owner, x, y = line[kept], along[kept], deep[kept]
+        between = (owner[2:] == owner[:-2]) & ((y[1:-1] - y[:-2]) * (x[2:] - x[:-2]) < (y[2:] - y[:-2]) * (x[1:-1] - x[:-2]))
+        if not between.any():
+            break
+        kept = kept[np.concatenate([[True], ~between, [True]])]
+    begin, end = kept[:-1], kept[1:]
+    steep = (line[begin] == line[end]) & (deep[end] - deep[begin] >= along[end] - along[begin])
+    return begin[steep], end[steep]

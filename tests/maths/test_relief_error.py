@@ -314,11 +314,12 @@ def test_the_hulls_pieces_open_as_far_as_the_farthest_of_all_that_lies_behind(se
     rng = np.random.default_rng(seed)
     deep = np.cumsum(rng.choice([0.0, 0.0, 1.0, 5.0, -3.0], (7, 30)), axis=1)
     deep[:, 1:][rng.random((7, 29)) < 0.1] = -np.inf
-    pieces = hull_pieces(deep, np.arange(30.0))
+    line, along = np.nonzero(np.isfinite(deep))
+    points = deep[line, along]
+    begin, end = hull_pieces(line, along.astype(float), points)
     for y in rng.uniform(0.0, 1.0, 5):
         opens = np.zeros(7)
-        line, begin, end = pieces.T
-        np.add.at(opens, line, np.maximum(0.0, y * (deep[line, end] - deep[line, begin]) - (end - begin)))
+        np.add.at(opens, line[begin], np.maximum(0.0, y * (points[end] - points[begin]) - (along[end] - along[begin])))
         np.testing.assert_allclose(opens, (y * (deep - deep[:, :1]) - np.arange(30)).max(axis=1), atol=1e-9)
 
 
