@@ -6,7 +6,7 @@ receives its shadows and follows its light. It stays valid as long as the slots 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass
 
 import moderngl
@@ -17,7 +17,7 @@ from ..maths.relief import CaptureFrame, depth_from_relief, shift_unit
 from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
 from .device import Device
 from .draw_list import DrawList
-from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels, last_surface
+from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels
 from .readback import read_texture
 
 TILE = 8
@@ -94,14 +94,15 @@ def capture(
     if SAMPLES * max(frame.width, frame.height) > limit:
         size = f"{frame.width}×{frame.height}"
         raise GpuError(f"An impostor of {size} texels exceeds this driver's limit of {limit // SAMPLES}: lower its resolution.")
-    texels = draw_texels(device, draw_list, rows, frame, with_back)
+    texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back)
     try:
         layers = read_texture(texels.layers)
         mask = layers[..., 0] < EMPTY
         near, far = np.abs(np.where(mask, layers[..., 0], 0.0)), np.where(mask, layers[..., 3], 0.0)
-        last = last_surface(device, draw_list, rows, frame) if with_back else far
         away = -1.0 if frame.is_perspective else 1.0
-        depth, ends, last = (depth_from_relief(frame.source, away * r).astype(np.float32) for r in (near, far, last))
+        depth, ends, last = (
+            depth_from_relief(frame.source, away * r).astype(np.float32) for r in (near, far, far if last is None else last)
+        )
         edges = relief_edges(frame, depth, mask, *((ends, choice or EdgeChoice(), last) if with_back else (None, choice or EdgeChoice())))
     except (SceneError, GpuError):
         texels.release()
@@ -131,20 +132,25 @@ def reach_of_tiles(layers: np.ndarray, continuous: float) -> np.ndarray:
     """(⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2, 2) float32 of texels (h, w, 4): no front surface in the square lies nearer than the first, its slopes
     included; behind the second a ray meets neither a surface nor a back (nor a neighbour's, as edge texels show them). `EMPTY` and −1
     without one and on the rim. `continuous`: steps of |relief| up to this are one surface."""
-    front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1:3]).sum(axis=-1)
+    front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1]) + np.abs(layers[..., 2])
     behind = np.where(front < EMPTY, np.maximum(layers[..., 3], front + 2.0 * slopes + continuous), np.float32(-1.0))
-    around = np.pad(behind, 1, constant_values=-1.0)
-    rows = np.maximum(np.maximum(around[:-2], around[1:-1]), around[2:])
-    behind = np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
-    return np.stack([_of_tiles(front - 0.5 * slopes, EMPTY, np.min), _of_tiles(behind, -1.0, np.max)], axis=-1)
+    reach = (_of_tiles(front - 0.5 * slopes, EMPTY, np.minimum, 0), EMPTY), (_of_tiles(behind, -1.0, np.maximum, 1), -1.0)
+    return np.stack([np.pad(tiles, 1, constant_values=empty) for tiles, empty in reach], axis=-1)
 
 
-def _of_tiles(image: np.ndarray, empty: float, reduce: Callable[..., np.ndarray]) -> np.ndarray:
-    """`reduce` (a ufunc-like with `axis`) of every tile of an image (h, w), continued by `empty` to whole tiles."""
-    height, width = (-(-n // TILE) for n in image.shape)
-    padded = np.full((height * TILE, width * TILE), empty, np.float32)
-    padded[: image.shape[0], : image.shape[1]] = image
-    return np.pad(reduce(padded.reshape(height, TILE, width, TILE), axis=(1, 3)), 1, constant_values=empty)
+def _of_tiles(image: np.ndarray, empty: float, reduce: np.ufunc, around: int) -> np.ndarray:
+    """`reduce` of every tile of an image (h, w), `around` texels beyond it included; outside the image lies `empty`."""
+    for axis in (0, 1):
+        count = -(-image.shape[axis] // TILE)
+        lines = np.moveaxis(image, axis, 0)
+        padded = np.full((count * TILE + 2 * around, lines.shape[1]), empty, np.float32)
+        padded[around : around + len(lines)] = lines
+        begins = np.arange(count) * TILE
+        image = reduce.reduce(padded[around : around + count * TILE].reshape(count, TILE, -1), axis=1)
+        for beyond in range(around):
+            image = reduce(reduce(image, padded[begins + beyond]), padded[begins + TILE + around + beyond])
+        image = np.moveaxis(image, 0, axis)
+    return image
 
 
 def _texture(context: moderngl.Context, image: np.ndarray) -> moderngl.Texture:

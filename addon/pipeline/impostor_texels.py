@@ -17,8 +17,8 @@ from .clusters import frustum_planes
 from .device import Device
 from .draw_list import DrawList
 from .gbuffer_pass import pixel_rays
+from .gl_raw import finish
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
-from .readback import read_texture
 
 EMPTY = np.float32(1e9)
 SAMPLES = 2
@@ -26,6 +26,8 @@ SAMPLES = 2
 BYTES_PER_TEXEL = 40
 APART_TEXELS = 0.25
 """Surfaces nearer to each other than this are one when the back layer is peeled."""
+KEPT_SAMPLES = 1 << 20
+"""Targets of up to so many samples a layer (32 bytes each) are kept for the next capture."""
 DEFINES = {"EMPTY": f"{EMPTY:.1f}", "STEEPEST": f"{STEEPEST:.1f}"}
 
 
@@ -56,47 +58,55 @@ class ImpostorTexels:
             texture.release()
 
 
-def draw_texels(device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, with_back: bool) -> ImpostorTexels:
-    """The texels of the instance rows of the mask `rows` (I,) as the frame's camera sees them; all empty where it sees none."""
-    context, size = device.context, (frame.width, frame.height)
-    samples = [_Samples(context, (SAMPLES * frame.width, SAMPLES * frame.height)) for _ in range(2)]
-    texels = ImpostorTexels.of_size(context, size)
-    front, back = samples
+def draw_texels(
+    device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, with_back: bool, with_last: bool
+) -> tuple[ImpostorTexels, np.ndarray | None]:
+    """(texels, last) of the instance rows of the mask `rows` (I,) as the frame's camera sees them; all empty where it sees none.
+
+    `last` (h, w) float32, `with_last` only: |relief| of the farthest surface on the ray through each texel's middle, 0 without.
+    """
+    samples = device.attached("impostor samples", lambda: _KeptSamples(device))
+    front, back = samples.of_size((SAMPLES * frame.width, SAMPLES * frame.height))
     front.draw(device, draw_list, rows, frame, None)
-    back.clear()
     if with_back:
         back.draw(device, draw_list, rows, frame, front)
-    context.enable_only(moderngl.NOTHING)
+    else:
+        back.clear()
     front.bind("sample_")
     back.bind("back_")
-    unit = shift_unit(frame)
-    bare = _texture(context, size, 4, "f4")
-    targets = [bare, texels.normal, texels.ids, texels.back_normal, texels.back_ids]
-    _gather(device, "impostor_texels.frag", targets, unit, frame)
+    texels = _texels(device, frame)
+    last = None
+    if with_last:
+        front.draw(device, draw_list, rows, frame, None, farthest=True)
+        last = front.relief((frame.width, frame.height))
+    device.unbind()
+    samples.release_large()
+    return texels, last
+
+
+def _texels(device: Device, frame: CaptureFrame) -> ImpostorTexels:
+    """The texels of the samples bound."""
+    context, size = device.context, (frame.width, frame.height)
+    texels = ImpostorTexels.of_size(context, size)
+    bare, edges = _texture(context, size, 4, "f4"), context.depth_renderbuffer(size)
+    targets = [bare, texels.normal, texels.ids, texels.back_normal, texels.back_ids, texels.layers]
+    context.enable_only(moderngl.DEPTH_TEST)
+    context.depth_func = "1"
+    _gather(device, "impostor_texels.frag", targets, edges, frame)
     texels.bind()
     bare.use(SAMPLER_UNITS["u_layers"])
-    _gather(device, "impostor_edges.frag", [texels.layers], unit, frame)
-    device.unbind()
-    for target in (*samples, bare):
-        target.release()
+    context.depth_func = "<"
+    _gather(device, "impostor_edges.frag", [texels.layers], edges, frame)
+    bare.release()
+    edges.release()
     return texels
 
 
-def last_surface(device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame) -> np.ndarray:
-    """(h, w) float32 |relief| of the farthest surface of the rows `rows` (I,) on the ray through each texel's middle; 0 without."""
-    farthest = _Samples(device.context, (frame.width, frame.height))
-    farthest.draw(device, draw_list, rows, frame, None, farthest=True)
-    found = read_texture(farthest.layers)[..., 0]
-    device.unbind()
-    farthest.release()
-    return found
-
-
-def _gather(device: Device, shader: str, targets: list[moderngl.Texture], unit: float, frame: CaptureFrame) -> None:
-    """Run one of the shaders that make texels of samples."""
+def _gather(device: Device, shader: str, targets: list[moderngl.Texture], edges: moderngl.Renderbuffer, frame: CaptureFrame) -> None:
+    """Run one of the shaders that make texels of samples: the first marks the edge texels in `edges`, the second runs on them alone."""
     program = device.programs.get("fullscreen.vert", shader, **DEFINES)
-    set_uniforms(program, u_unit=unit, u_size=(frame.width, frame.height))
-    framebuffer = device.context.framebuffer(targets)
+    set_uniforms(program, u_unit=shift_unit(frame), u_size=(frame.width, frame.height))
+    framebuffer = device.context.framebuffer(targets, edges)
     framebuffer.use()
     array = device.context.vertex_array(program, [])
     array.render(moderngl.TRIANGLES, vertices=3)
@@ -105,19 +115,57 @@ def _gather(device: Device, shader: str, targets: list[moderngl.Texture], unit: 
     framebuffer.release()
 
 
+class _KeptSamples:
+    """The two layers' targets from capture to capture: to make them anew takes a third of a capture's time. Released with the device."""
+
+    def __init__(self, device: Device) -> None:
+        self._device, self._layers = device, ()
+
+    def of_size(self, size: tuple[int, int]) -> tuple[_Samples, _Samples]:
+        """Two targets of at least `size`."""
+        if not self._layers or any(have < wanted for have, wanted in zip(self._layers[0].size, size, strict=True)):
+            self.release()
+            whole = tuple(-(-n // 64) * 64 for n in size)
+            self._layers = _Samples(self._device.context, whole), _Samples(self._device.context, whole)
+        return self._layers
+
+    def release_large(self) -> None:
+        """Free what is too large to be kept."""
+        if self._layers and self._layers[0].size[0] * self._layers[0].size[1] > KEPT_SAMPLES:
+            self.release()
+
+    def release(self) -> None:
+        """Free them; idempotent."""
+        self._device.unbind()
+        for layer in self._layers:
+            layer.release()
+        self._layers = ()
+
+
 class _Samples:
-    """The targets of one layer of a capture, sample by sample."""
+    """The targets of one layer of a capture, sample by sample. Where `ids` is 0 the others hold nothing of meaning."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
         self.layers, self.normal, self.ids = (_texture(context, size, *kind) for kind in ((4, "f4"), (2, "f2"), (2, "u4")))
         self._depth = context.depth_texture(size)
         self._framebuffer = context.framebuffer([self.layers, self.normal, self.ids], self._depth)
+        self._found = context.framebuffer([self.ids], self._depth)
 
     def clear(self, depth: float = 1.0) -> None:
         """Nothing is seen."""
-        self._framebuffer.use()
-        self._framebuffer.clear(depth=depth)
+        self._found.use()
+        self._found.clear(depth=depth)
+
+    def relief(self, size: tuple[int, int]) -> np.ndarray:
+        """(h, w) float32 |relief| of the first `size` (w, h) samples, row 0 at the top; 0 where there is none."""
+        finish(self._framebuffer.ctx)
+        kinds = ((0, "f4", np.float32), (2, "u4", np.uint32))
+        relief, ids = (
+            np.frombuffer(self._framebuffer.read((0, 0, *size), 1, attachment=i, dtype=dtype), kind).reshape(size[::-1])
+            for i, dtype, kind in kinds
+        )
+        return np.where(ids > 0, relief, np.float32(0.0))[::-1]
 
     def bind(self, prefix: str) -> None:
         """Bind the textures as `u_<prefix>layers` and so on."""
@@ -127,21 +175,24 @@ class _Samples:
     def draw(
         self, device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, first: _Samples | None, farthest: bool = False
     ) -> None:
-        """Draw the nearest surface, or the nearest behind those of `first` (depth peeling), or the farthest."""
-        camera = frame.camera()
+        """Draw the nearest surface, or the nearest behind those of `first` (depth peeling), or the farthest, one sample a texel."""
+        camera, per_side = frame.camera(), 1 if farthest else SAMPLES
+        size = (per_side * frame.width, per_side * frame.height)
         self.clear(0.0 if farthest else 1.0)
+        self._framebuffer.viewport = (0, 0, *size)
+        self._framebuffer.use()
         device.context.depth_func = ">" if farthest else "<"
         device.context.enable_only(moderngl.DEPTH_TEST)
         defines = {"LAYER": first is not None, "PERSPECTIVE": f"{frame.is_perspective}".lower()}
         pair = [device.programs.get("gbuffer.vert", "impostor_surface.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
         if first is not None:
-            first.layers.use(SAMPLER_UNITS["u_layers"])
+            first.bind("sample_")
         for program in pair:
             set_uniforms(
                 program,
                 u_clip_from_world=matrix_bytes(camera.clip_from_world),
                 u_view_depth_from_world=np.asarray(-camera.view_from_world[2], np.float32).tobytes(),
-                u_along_from_pixel=matrix_bytes(pixel_rays(camera, self.size)[0]),
+                u_along_from_pixel=matrix_bytes(pixel_rays(camera, size)[0]),
                 u_plane=-float(frame.source[2]) if frame.is_perspective else 0.0,
                 u_apart=APART_TEXELS * frame.texel_m,
             )
@@ -150,7 +201,7 @@ class _Samples:
 
     def release(self) -> None:
         """Free the targets."""
-        for thing in (self._framebuffer, self.layers, self.normal, self.ids, self._depth):
+        for thing in (self._framebuffer, self._found, self.layers, self.normal, self.ids, self._depth):
             thing.release()
 
 

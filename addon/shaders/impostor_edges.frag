@@ -1,4 +1,4 @@
-// What the samples of an edge texel show, put into its slopes: `common_impostor.glsl` says how.
+// What the samples of an edge texel show, put into its slopes: `common_impostor.glsl` says how. Runs on edge texels alone.
 #include "common_impostor.glsl"
 #include "common_impostor_samples.glsl"
 uniform sampler2D u_normal;
@@ -23,8 +23,6 @@ float unlike(ivec2 cell, vec2 uv, float a, vec3 normal, uint slot) {
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy), cell = ivec2(texel.x, u_size.y - 1 - texel.y);
     vec4 layers = layers_at(cell);
-    out_layers = layers;
-    if (!is_edge(layers)) return;
     uint codes = 0u;
     for (int k = 0; k < 4; ++k) {
         ivec2 at = sample_at(texel, k);
@@ -39,5 +37,5 @@ void main() {
         }
         codes |= code << uint(4 * k);
     }
-    out_layers.yz = vec2(carrying(layers.y, codes & 255u), carrying(layers.z, codes >> 8));
+    out_layers = vec4(layers.x, carrying(layers.y, codes & 255u), carrying(layers.z, codes >> 8), layers.w);
 }

@@ -7,7 +7,8 @@ in float v_view_depth;
 uniform int u_first_triangle;
 uniform float u_plane;             // view depth of the impostor's plane, metres
 #if LAYER
-uniform sampler2D u_layers;        // first layer
+uniform sampler2D u_sample_layers; // first layer
+uniform usampler2D u_sample_ids;
 uniform mat3 u_along_from_pixel;
 uniform float u_apart;             // metres that tell two surfaces apart
 #endif
@@ -21,8 +22,8 @@ void main() {
     out_normal = octahedral(v_normal_ws);
     out_ids = uvec2(v_slot + 1u, uint(u_first_triangle + gl_PrimitiveID));
 #if LAYER
-    vec4 first = texelFetch(u_layers, ivec2(gl_FragCoord.xy), 0);
-    if (first.w == 0.0 || v_view_depth <= first.w + u_apart) discard;
+    vec4 first = texelFetch(u_sample_layers, ivec2(gl_FragCoord.xy), 0);
+    if (texelFetch(u_sample_ids, ivec2(gl_FragCoord.xy), 0).r == 0u || v_view_depth <= first.w + u_apart) discard;
     bool faces_away = dot(v_normal_ws, u_along_from_pixel * vec3(gl_FragCoord.xy, 1.0)) > 0.0;
     if (!faces_away) out_layers = first;
 #endif

@@ -9,6 +9,7 @@ layout(location = 1) out vec2 out_normal;
 layout(location = 2) out uvec2 out_ids;
 layout(location = 3) out vec2 out_back_normal;
 layout(location = 4) out uvec2 out_back_ids;
+layout(location = 5) out vec4 out_final_layers; // the same, where the edges' samples are put in; the depth lets that pass run on edges alone
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy);
@@ -20,7 +21,8 @@ void main() {
         ids[k] = texelFetch(u_sample_ids, sample_at(texel, k), 0).rg;
         if (ids[k].r > 0u && (own < 0 || layers[k].x < layers[own].x)) own = k;
     }
-    out_layers = vec4(EMPTY, 0.0, 0.0, -1.0);
+    out_layers = out_final_layers = vec4(EMPTY, 0.0, 0.0, -1.0);
+    gl_FragDepth = 0.0;
     out_normal = out_back_normal = vec2(0.0);
     out_ids = out_back_ids = uvec2(0u);
     if (own < 0) return;
@@ -44,9 +46,10 @@ void main() {
     uvec2 back_ids = texelFetch(u_back_ids, at, 0).rg;
     float back = back_ids.r > 0u ? texelFetch(u_back_layers, at, 0).x : 0.0;
     a = max(a, 0.0);
-    out_layers = vec4(whole ? a : -max(a, 1e-20), slope, max(a, back));
+    out_layers = out_final_layers = vec4(whole ? a : -max(a, 1e-20), slope, max(a, back));
+    gl_FragDepth = whole ? 0.0 : 1.0;
     out_normal = octahedral(normal);
     out_ids = ids[own];
-    out_back_normal = texelFetch(u_back_normal, at, 0).rg;
+    out_back_normal = back_ids.r > 0u ? texelFetch(u_back_normal, at, 0).rg : vec2(0.0);
     out_back_ids = back_ids;
 }
