@@ -4,10 +4,10 @@ After this no predictor reads the texture again. A *pair* is two neighbouring te
 midpoint, the unit step from the background texel to the foreground texel, and the reliefs δ of foreground and background
 (`relief.py` says what δ is). Where the object ends, the background's relief is that of the last surface on the outline's own ray: the
 side that a moving eye uncovers. An *edge* is a pair across a depth step with two more numbers. The rest: the texels its two ends lie apart
-already, so that they open only once the far one has overtaken the near one. The sign: +1 what comes into view, −1 what must be taken off
-again. There are three sorts, which add up: steps (rest 0), what turns up from behind the outline (the hull of the last surfaces behind it;
-rest: the piece's length), and, negative, the end of what a thin part hides: behind a rod there is no more to uncover than the rod is
-wide (rest: its width).
+already, so that they open only once the far one has overtaken the near one. The weight: its length in texels, 1 where it was gathered,
+negative for what must be taken off again. There are three sorts, which add up: steps (rest 0), what turns up from behind the outline (the
+hull of the last surfaces behind it; rest: the piece's length), and, negative, the end of what a thin part hides: behind a rod there is no
+more to uncover than the rod is wide (rest: its width).
 Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own (research/impostors.md §6).
 """
 
@@ -24,6 +24,7 @@ from .relief_outline import STEEPEST, WIDEST, behind_the_outline
 
 NO_PAIR = np.zeros(6)
 """Where there is no pair: without a direction it predicts nothing from any eye."""
+EMPTY_TEXTURE = "The impostor's texture is empty: the object is hidden, fully transparent or out of view."
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +46,14 @@ class EdgeChoice:
 class ReliefEdges:
     """One texture's precomputation.
 
-    `edges` (E, 8) pairs across depth edges, with rest and sign. `written` (R, 6) the critical pair of each region as RI takes it (both
+    `edges` (E, 8) pairs across depth edges, with rest and weight. `written` (R, 6) the critical pair of each region as RI takes it (both
     texels on the object), `corrected` (R, 6) the same with the object's outline included; regions without one hold `NO_PAIR`.
     `whole_written`, `whole_corrected` (6,) the critical pair of the texture.
     `sums` (4, bins, N), `totals` (4, bins, 4): the directional sums of the classes (u, +), (u, −), (v, +), (v, −), strip by strip: with g
     the signed relief step along the axis, `totals` is Σ±|g| and the mean u, v and relief weighted by |g|, and `sums` is
     Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief). `texels` the mask holds, `contour`
-    the pairs across depth edges on the object and across its outline: about √2 times their length in texels.
+    the pairs across depth edges on the object and across its outline: about √2 times their length in texels. `choice`, `has_back`: how all
+    was gathered; `gathered`: what these were carried over from, when not gathered from this texture itself (`relief_carry.py`).
     """
 
     frame: CaptureFrame
@@ -64,6 +66,9 @@ class ReliefEdges:
     totals: np.ndarray
     texels: int
     contour: int
+    choice: EdgeChoice
+    has_back: bool
+    gathered: ReliefEdges | None = None
 
     @property
     def contour_share(self) -> float:
@@ -89,7 +94,7 @@ def relief_edges(
     if mask.shape != (frame.height, frame.width) or np.shape(depth_m) != mask.shape:
         raise SceneError(f"The impostor's depth is {np.shape(depth_m)}, its frame {(frame.height, frame.width)}: capture it again.")
     if not mask.any():
-        raise SceneError("The impostor's texture is empty: the object is hidden, fully transparent or out of view.")
+        raise SceneError(EMPTY_TEXTURE)
     depth = np.where(mask, depth_m, 0.0).astype(np.float64)
     back = np.where(mask, frame.depth_m if back_m is None else np.maximum(back_m, depth), 0.0).astype(np.float64)
     last = back if last_m is None else np.where(mask, np.maximum(last_m, back), 0.0).astype(np.float64)
@@ -112,6 +117,8 @@ def relief_edges(
         *directional_sums(frame, edges, choice.bins),
         int(mask.sum()),
         len(steps) + len(outline),
+        choice,
+        back_m is not None,
     )
 
 
@@ -237,22 +244,24 @@ they go on linearly."""
 
 
 def directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """`sums`, `totals` of `ReliefEdges`. Every edge opens along one axis, from the first shift on at which it overtakes its rest."""
+    """`sums`, `totals` of `ReliefEdges`. Every edge opens along one axis, from the shift on at which its ends pass each other."""
     shifts = SHIFTS / shift_unit(frame)
     step = np.abs(edges[:, 4] - edges[:, 5])
     chosen = edges[step > 0.0]
     step, axis = step[step > 0.0], (chosen[:, 3] != 0.0).astype(int)
     side = chosen[np.arange(len(chosen)), 2 + axis] * (chosen[:, 4] - chosen[:, 5]) < 0.0
     extent = np.array([frame.width, frame.height])[axis]
-    strip = np.minimum((chosen[np.arange(len(chosen)), axis] / extent * bins).astype(int), bins - 1)
+    strip = np.clip((chosen[np.arange(len(chosen)), axis] / extent * bins).astype(int), 0, bins - 1)
     group, count = (2 * axis + side) * bins + strip, 4 * bins
 
     def total(weight: np.ndarray) -> np.ndarray:
         return np.bincount(group, weight, minlength=count)
 
     means = [chosen[:, 0], chosen[:, 1], (chosen[:, 4] + chosen[:, 5]) / 2.0]
-    weights, signed = total(step), step * chosen[:, 7]
-    totals = np.stack([total(signed), *(total(step * m) / np.where(weights > 0.0, weights, 1.0) for m in means)], axis=-1)
+    signed = step * chosen[:, 7]
+    mass = np.abs(signed)
+    weights = total(mass)
+    totals = np.stack([total(signed), *(total(mass * m) / np.where(weights > 0.0, weights, 1.0) for m in means)], axis=-1)
     cell = group * (len(shifts) + 1) + np.searchsorted(shifts, chosen[:, 6] / step, side="right")
     mass, rest = (
         np.bincount(cell, weight, minlength=count * (len(shifts) + 1)).reshape(count, -1)[:, :-1].cumsum(axis=1)
