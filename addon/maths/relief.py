@@ -12,6 +12,7 @@ What is not here: the prediction of errors (`relief_error.py`), the frame's cons
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -43,12 +44,12 @@ class CaptureFrame:
         """True when the capture's rays meet in an eye."""
         return bool(self.source[3] != 0.0)
 
-    @property
+    @cached_property
     def texel_m(self) -> float:
         """Side of a texel on the plane, metres."""
         return float(np.linalg.norm(self.world_from_plane[:3, 0]))
 
-    @property
+    @cached_property
     def plane_from_world(self) -> np.ndarray:
         """(4, 4) inverse of `world_from_plane`."""
         return np.linalg.inv(self.world_from_plane)

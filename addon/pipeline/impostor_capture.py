@@ -14,15 +14,13 @@ import numpy as np
 
 from ..errors import GpuError, SceneError
 from ..maths.relief import CaptureFrame, depth_from_relief, shift_unit
-from ..maths.relief_carry import carried
 from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
 from .device import Device
 from .draw_list import DrawList
 from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels
+from .impostor_tiles import tiles_and_windows
 from .readback import read_texture
 
-TILE = 8
-"""Texels per side of the squares that view rays leap over."""
 CONTINUOUS_TEXELS = 1.0
 """Depth steps up to so many texels between neighbours are one surface: the ray meets it instead of passing through the gap."""
 
@@ -31,14 +29,15 @@ CONTINUOUS_TEXELS = 1.0
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` RG32F the nearest |relief| of every `TILE` × `TILE` texels, and the farthest at which a ray may meet what they hold (row 0
-    first, with an empty rim); `nearest` of all. `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at
-    the top: whether any of the texel shows something; `content_uv` (2, 2) the smallest and largest (u, v) of those that do.
+    `tiles` RG32F and `windows` RGBA32F say at which depths a square of texels can be met (`impostor_tiles.py`), `nearest` from which any.
+    `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows
+    something; `content_uv` (2, 2) the smallest and largest (u, v) of those that do.
     """
 
     frame: CaptureFrame
     texels: ImpostorTexels
     tiles: moderngl.Texture
+    windows: moderngl.Texture
     nearest: float
     edges: ReliefEdges
     depth_m: np.ndarray
@@ -58,6 +57,7 @@ class ImpostorTextures:
         if not self.is_released:
             self.texels.release()
             self.tiles.release()
+            self.windows.release()
             self.is_released = True
 
 
@@ -85,18 +85,9 @@ def fingerprint(draw_list: DrawList, rows: np.ndarray) -> Hashable:
 
 
 def capture(
-    device: Device,
-    draw_list: DrawList,
-    rows: np.ndarray,
-    frame: CaptureFrame,
-    *,
-    with_back: bool = True,
-    choice: EdgeChoice | None = None,
-    known: ReliefEdges | None = None,
+    device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, *, with_back: bool = True, choice: EdgeChoice | None = None
 ) -> ImpostorTextures:
     """Capture the instance rows of the mask `rows` (I,). `with_back` False leaves out the back layer: every surface is a sheet.
-
-    `known`: edges of a capture of the same from farther away, to be carried over (where `relief_carry.carries`) instead of gathered anew.
 
     Raises `SceneError` when nothing of them is seen, `GpuError` when the frame exceeds the driver's texture size.
     """
@@ -104,25 +95,25 @@ def capture(
     if SAMPLES * max(frame.width, frame.height) > limit:
         size = f"{frame.width}×{frame.height}"
         raise GpuError(f"An impostor of {size} texels exceeds this driver's limit of {limit // SAMPLES}: lower its resolution.")
-    texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back and known is None)
+    texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back)
     try:
         layers = read_texture(texels.layers)
         mask = layers[..., 0] < EMPTY
         near, far = np.abs(np.where(mask, layers[..., 0], 0.0)), np.where(mask, layers[..., 3], 0.0)
-        depth, ends = (_metres(frame, relief) for relief in (near, far))
-        if known is None:
-            back, deepest = (ends, _metres(frame, last)) if with_back else (None, None)
-            edges = relief_edges(frame, depth, mask, back, choice or EdgeChoice(), deepest)
-        else:
-            edges = carried(known, frame, int(mask.sum()))
+        away = -1.0 if frame.is_perspective else 1.0
+        depth, ends, last = (
+            depth_from_relief(frame.source, away * r).astype(np.float32) for r in (near, far, far if last is None else last)
+        )
+        edges = relief_edges(frame, depth, mask, *((ends, choice or EdgeChoice(), last) if with_back else (None, choice or EdgeChoice())))
     except (SceneError, GpuError):
         texels.release()
         raise
-    tiles = reach_of_tiles(layers, CONTINUOUS_TEXELS * shift_unit(frame))
+    tiles, windows = tiles_and_windows(layers, CONTINUOUS_TEXELS * shift_unit(frame))
     return ImpostorTextures(
         frame,
         texels,
         _texture(device.context, tiles),
+        _texture(device.context, windows),
         max(0.0, float(tiles[..., 0].min())),
         edges,
         depth,
@@ -133,40 +124,10 @@ def capture(
     )
 
 
-def _metres(frame: CaptureFrame, relief: np.ndarray) -> np.ndarray:
-    """float32 metres behind the plane of |relief|."""
-    return depth_from_relief(frame.source, -relief if frame.is_perspective else relief).astype(np.float32)
-
-
 def _content_uv(mask: np.ndarray) -> np.ndarray:
     """(2, 2) smallest and largest (u, v) of the texels of a mask (h, w) that is not empty."""
     v, u = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
     return np.array([[u[0], v[0]], [u[-1] + 1.0, v[-1] + 1.0]])
-
-
-def reach_of_tiles(layers: np.ndarray, continuous: float) -> np.ndarray:
-    """(⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2, 2) float32 of texels (h, w, 4): no front surface in the square lies nearer than the first, its slopes
-    included; behind the second a ray meets neither a surface nor a back (nor a neighbour's, as edge texels show them). `EMPTY` and −1
-    without one and on the rim. `continuous`: steps of |relief| up to this are one surface."""
-    front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1]) + np.abs(layers[..., 2])
-    behind = np.where(front < EMPTY, np.maximum(layers[..., 3], front + 2.0 * slopes + continuous), np.float32(-1.0))
-    reach = (_of_tiles(front - 0.5 * slopes, EMPTY, np.minimum, 0), EMPTY), (_of_tiles(behind, -1.0, np.maximum, 1), -1.0)
-    return np.stack([np.pad(tiles, 1, constant_values=empty) for tiles, empty in reach], axis=-1)
-
-
-def _of_tiles(image: np.ndarray, empty: float, reduce: np.ufunc, around: int) -> np.ndarray:
-    """`reduce` of every tile of an image (h, w), `around` texels beyond it included; outside the image lies `empty`."""
-    for axis in (0, 1):
-        count = -(-image.shape[axis] // TILE)
-        lines = np.moveaxis(image, axis, 0)
-        padded = np.full((count * TILE + 2 * around, lines.shape[1]), empty, np.float32)
-        padded[around : around + len(lines)] = lines
-        begins = np.arange(count) * TILE
-        image = reduce.reduce(padded[around : around + count * TILE].reshape(count, TILE, -1), axis=1)
-        for beyond in range(around):
-            image = reduce(reduce(image, padded[begins + beyond]), padded[begins + TILE + around + beyond])
-        image = np.moveaxis(image, 0, axis)
-    return image
 
 
 def _texture(context: moderngl.Context, image: np.ndarray) -> moderngl.Texture:

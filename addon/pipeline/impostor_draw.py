@@ -1,8 +1,8 @@
 """Drawing relief impostors into the G-buffer, as if they were geometry. Worker thread only.
 
-`inverse`: every pixel of the quad follows its view ray through the relief's texels (exact cell walk, front and back layer; no rubber
-sheets, since what lies behind a depth step is known to be unknown). `forward`: the texts' pre-warp, holes filled by interpolation, then
-the quad. `sprite`: the texture as it lies on the plane.
+`inverse`: every pixel follows its view ray through the relief's texels (exact cell walk, front and back layer; no rubber sheets, since what
+lies behind a depth step is known to be unknown), or, where a block of pixels sees one smooth surface, goes straight to the texel that it
+meets. `forward`: the texts' pre-warp, holes filled by interpolation, then the plane. `sprite`: the texture as it lies on the plane.
 """
 
 from __future__ import annotations
@@ -17,31 +17,39 @@ from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .device import Device
 from .gbuffer_pass import GBuffer
-from .impostor_capture import CONTINUOUS_TEXELS, TILE, ImpostorTextures
+from .impostor_capture import CONTINUOUS_TEXELS, ImpostorTextures
 from .impostor_texels import DEFINES, EMPTY, ImpostorTexels
+from .impostor_tiles import STRIDE, TILE, WINDOW
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 
 METHODS = ("inverse", "forward")
 _KINDS = {"inverse": 0, "sprite": 1, "forward": 2}
-BLOCK_TEXELS = 16
-"""Side of the blocks in which an impostor is drawn: those that no surface can be seen in are left out."""
+BLOCK = 8
+"""Pixels per side of the blocks in which an impostor is drawn: those that no surface can be seen in are left out."""
 LARGEST_PREWARP = 2
 """The pre-warped texture is at most so many times as large as the captured one, per side."""
 
 
 @dataclass(frozen=True)
 class _Source:
-    """The textures that the quad's shader reads, their size, and the plane coordinates of their first texel."""
+    """The textures that the shaders read, their size, and the plane coordinates of their first texel."""
 
     texels: ImpostorTexels
     tiles: moderngl.Texture
+    windows: moderngl.Texture
     size: tuple[int, int]
     corner: tuple[float, float] = (0.0, 0.0)
+
+    @classmethod
+    def of(cls, impostor: ImpostorTextures) -> _Source:
+        """A capture as it is."""
+        return cls(impostor.texels, impostor.tiles, impostor.windows, (impostor.frame.width, impostor.frame.height))
 
     def bind(self) -> None:
         """Bind all to their units."""
         self.texels.bind()
         self.tiles.use(SAMPLER_UNITS["u_tiles"])
+        self.windows.use(SAMPLER_UNITS["u_windows"])
 
 
 def clip_from_texel(frame: CaptureFrame, clip_from_world: np.ndarray) -> np.ndarray:
@@ -71,53 +79,50 @@ def draw_impostor(
     Raises `SceneError` when the eye does not stand before the impostor's plane.
     """
     frame = impostor.frame
-    warp = relief_warp(frame, camera)
-    extent = impostor.content_uv if method == "sprite" else _seen_extent(impostor, hull_ws, camera, warp)
-    source = _Source(impostor.texels, impostor.tiles, (frame.width, frame.height))
+    warp, source = relief_warp(frame, camera), _Source.of(impostor)
+    place = clip_from_texel(frame, camera.clip_from_world)
+    seen = _content(impostor, method) @ place.T
+    hull = np.column_stack([hull_ws, np.ones(len(hull_ws))]) @ camera.clip_from_world.T
     scratch = None
     if method == "forward":
         extent = _whole_texels(visible_extent(frame, hull_ws, camera), frame)
         scratch = _Prewarped(device, source, frame, warp, extent)
-        source = scratch.source
-    program = _program(device, method, fill=fill)
-    _set(program, frame, camera, warp, source)
-    behind = behind_texels * shift_unit(frame)
-    set_uniforms(program, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind)
-    source.bind()
+        source, seen = scratch.source, _corners(extent, (0.0,)) @ place.T
+    blocks = _Blocks.of(target.size, seen, hull)
+    device.context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)
     target.use()
-    device.context.enable_only(moderngl.DEPTH_TEST)
-    _render_blocks(device.context, program, impostor, extent)
+    source.bind()
+    for is_smooth in (True, False) if method == "inverse" else (False,):
+        program = _program(device, method, fill=fill, smooth=is_smooth)
+        _set(program, frame, camera, warp, source)
+        set_uniforms(program, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind_texels * shift_unit(frame))
+        blocks.draw(device.context, program, impostor, place)
     if scratch is not None:
         scratch.release()
 
 
-def draw_caster(device: Device, impostor: ImpostorTextures, clip_from_world: np.ndarray) -> None:
-    """Draw the depth of an impostor captured from the light into the bound shadow map of projection `clip_from_world` (4, 4)."""
+def draw_caster(device: Device, impostor: ImpostorTextures, clip_from_world: np.ndarray, size: tuple[int, int]) -> None:
+    """Draw the depth of an impostor captured from the light into the bound shadow map of `size` and projection `clip_from_world` (4, 4)."""
     frame = impostor.frame
     program = _program(device, "sprite", caster=True)
-    set_uniforms(
-        program,
-        u_clip_from_texel=matrix_bytes(clip_from_texel(frame, clip_from_world)),
-        u_size=(frame.width, frame.height),
-        u_fade=1.0,
-        u_behind=0.0,
-    )
-    _Source(impostor.texels, impostor.tiles, (frame.width, frame.height)).bind()
-    _render_blocks(device.context, program, impostor, impostor.content_uv)
+    place = clip_from_texel(frame, clip_from_world)
+    set_uniforms(program, u_size=(frame.width, frame.height), u_fade=1.0, u_behind=0.0)
+    _Source.of(impostor).bind()
+    device.context.enable(moderngl.PROGRAM_POINT_SIZE)
+    _Blocks.of(size, _content(impostor, "sprite") @ place.T).draw(device.context, program, impostor, place)
 
 
-def _program(device: Device, method: str, *, fill: bool = False, caster: bool = False) -> moderngl.Program:
-    """The program that draws by this method."""
-    kind = {"METHOD": _KINDS[method], "FILL": fill, "CASTER": caster, "TILE": TILE, "BLOCK": BLOCK_TEXELS}
-    return device.programs.get("impostor_blocks.vert", "impostor.frag", **kind, **DEFINES)
+def _program(device: Device, method: str, *, fill: bool = False, caster: bool = False, smooth: bool = False) -> moderngl.Program:
+    """The program that draws by this method; `smooth`: those blocks that see one smooth surface, else the others."""
+    kind = {"METHOD": _KINDS[method], "FILL": fill, "CASTER": caster, "SMOOTH": smooth, "BLOCK": BLOCK}
+    return device.programs.get("impostor_blocks.vert", "impostor.frag", TILE=TILE, WINDOW=WINDOW, STRIDE=STRIDE, **kind, **DEFINES)
 
 
 def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> None:
-    """All uniforms of the view and the texture but the fade."""
+    """The uniforms of the view and the texture."""
     away, view_row = _away(frame), -camera.view_from_world[2] @ frame.world_from_plane
     set_uniforms(
         program,
-        u_clip_from_texel=matrix_bytes(clip_from_texel(frame, camera.clip_from_world)),
         u_view_depth_from_texel=(float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
         u_warp=tuple(float(k) * away for k in warp.K),
         u_size=source.size,
@@ -135,7 +140,7 @@ class _Prewarped:
         size = tuple(int(n) for n in extent[1] - extent[0])
         texels = ImpostorTexels.of_size(context, size)
         self._depth = context.depth_texture(size)
-        self._framebuffer = context.framebuffer([texels.layers, texels.normal, texels.ids], self._depth)
+        self._framebuffer = context.framebuffer([texels.layers, texels.both_normals, texels.both_ids], self._depth)
         self._framebuffer.use()
         self._framebuffer.clear(red=float(EMPTY))
         context.enable_only(moderngl.DEPTH_TEST)
@@ -153,7 +158,7 @@ class _Prewarped:
                 u_warp=tuple(float(k) * _away(frame) for k in warp.K),
             )
             _render(context, program, mode, count)
-        self.source = _Source(texels, source.tiles, size, tuple(map(float, extent[0])))
+        self.source = _Source(texels, source.tiles, source.windows, size, tuple(map(float, extent[0])))
 
     def release(self) -> None:
         """Free the target."""
@@ -161,14 +166,14 @@ class _Prewarped:
             thing.release()
 
 
-def _seen_extent(impostor: ImpostorTextures, hull_ws: np.ndarray, camera: Camera, warp: ReliefWarp) -> np.ndarray:
-    """(2, 2) the part of the plane under which `camera` can see what the texels hold: within the bounds, on rays of full texels."""
-    frame = impostor.frame
-    within = visible_extent(frame, hull_ws, camera)
-    corners = np.array([[u, v] for u in impostor.content_uv[:, 0] for v in impostor.content_uv[:, 1]])
-    ends = np.concatenate([warp.forward(corners, np.full(4, relief)) for relief in (0.0, frame.deepest_relief)])
-    low, high = np.maximum(within[0], ends.min(axis=0)), np.minimum(within[1], ends.max(axis=0))
-    return np.stack([low, np.maximum(low, high)])
+def _content(impostor: ImpostorTextures, method: str) -> np.ndarray:
+    """(8, 4) (u, v, |δ|, 1): the corners of what the texels hold; of a sprite, which lies on the plane, (4, 4)."""
+    return _corners(impostor.content_uv, (0.0,) if method == "sprite" else (impostor.nearest, _deepest(impostor.frame)))
+
+
+def _corners(extent: np.ndarray, depths: tuple[float, ...]) -> np.ndarray:
+    """(4·n, 4) (u, v, |δ|, 1) of the part `extent` (2, 2) of the plane at n depths."""
+    return np.array([[u, v, depth, 1.0] for u in extent[:, 0] for v in extent[:, 1] for depth in depths])
 
 
 def _whole_texels(extent: np.ndarray, frame: CaptureFrame) -> np.ndarray:
@@ -179,17 +184,42 @@ def _whole_texels(extent: np.ndarray, frame: CaptureFrame) -> np.ndarray:
     return np.stack([np.maximum(low, size // 2 - reach), np.minimum(high, size // 2 + reach)])
 
 
-def _render_blocks(context: moderngl.Context, program: moderngl.Program, impostor: ImpostorTextures, extent: np.ndarray) -> None:
-    """Draw the part `extent` (2, 2) of the plane block by block."""
-    columns, rows = np.maximum(np.ceil((extent[1] - extent[0]) / BLOCK_TEXELS), 1.0).astype(int)
-    set_uniforms(
-        program,
-        u_extent=tuple(map(float, extent.ravel())),
-        u_columns=int(columns),
-        u_nearest=impostor.nearest,
-        u_deepest=_deepest(impostor.frame),
-    )
-    _render(context, program, moderngl.TRIANGLES, 6 * int(columns) * int(rows))
+@dataclass(frozen=True)
+class _Blocks:
+    """The rectangle of a picture's grid of blocks in which something can be seen."""
+
+    picture: tuple[int, int]
+    first: tuple[int, int]
+    count: tuple[int, int]
+
+    @classmethod
+    def of(cls, picture: tuple[int, int], *clips: np.ndarray) -> _Blocks:
+        """The blocks under the images of all sets of points `clips` (n, 4), clip coordinates; points behind the eye may be anywhere."""
+        low, high = np.zeros(2), np.array(picture, float)
+        for clip in clips:
+            if (clip[:, 3] > 0.0).all():
+                pixel = (0.5 + 0.5 * clip[:, :2] / clip[:, 3:]) * picture
+                low, high = np.maximum(low, pixel.min(axis=0)), np.minimum(high, pixel.max(axis=0))
+        first = np.floor(low / BLOCK).astype(int)
+        return cls(picture, tuple(first.tolist()), tuple(np.maximum(np.ceil(high / BLOCK).astype(int) - first, 0).tolist()))
+
+    def draw(self, context: moderngl.Context, program: moderngl.Program, impostor: ImpostorTextures, clip_from_texel: np.ndarray) -> None:
+        """Draw each as a point."""
+        if not all(self.count):
+            return
+        half = np.array(self.picture) / 2.0
+        pixel_from_clip = np.array([[half[0], 0.0, 0.0, half[0]], [0.0, half[1], 0.0, half[1]], [0.0, 0.0, 0.0, 1.0]])
+        set_uniforms(
+            program,
+            u_clip_from_texel=matrix_bytes(clip_from_texel),
+            u_plane_from_pixel=matrix_bytes(np.linalg.inv(pixel_from_clip @ clip_from_texel[:, [0, 1, 3]])),
+            u_picture=self.picture,
+            u_first=self.first,
+            u_columns=self.count[0],
+            u_nearest=impostor.nearest,
+            u_deepest=_deepest(impostor.frame),
+        )
+        _render(context, program, moderngl.POINTS, self.count[0] * self.count[1])
 
 
 def _render(context: moderngl.Context, program: moderngl.Program, mode: int, vertices: int) -> None:

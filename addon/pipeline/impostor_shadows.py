@@ -50,7 +50,7 @@ class Casters:
             if not projection.is_empty:
                 framebuffer.use()
                 for textures in self.textures:
-                    draw_caster(device, textures, projection.clip_from_world)
+                    draw_caster(device, textures, projection.clip_from_world, (maps.size, maps.size))
         device.context.disable_direct(GL_DEPTH_CLAMP)
 
 

@@ -33,19 +33,18 @@ DEFINES = {"EMPTY": f"{EMPTY:.1f}", "STEEPEST": f"{STEEPEST:.1f}"}
 
 @dataclass(eq=False)
 class ImpostorTexels:
-    """What the drawing shaders read: `layers` RGBA32F (±|relief|, its gradient per texel in u and v, |relief| of the back), `normal`, `ids`
-    as in the G-buffer, and the same of the back layer. `common_impostor.glsl` says how edges are kept in the gradients."""
+    """What the drawing shaders read: `layers` RGBA32F (±|relief|, its gradient per texel in u and v, |relief| of the back), `both_normals`
+    RGBA16F and `both_ids` RGBA32UI of the front and the back as in the G-buffer. `common_impostor.glsl` says how edges are kept in the
+    gradients."""
 
     layers: moderngl.Texture
-    normal: moderngl.Texture
-    ids: moderngl.Texture
-    back_normal: moderngl.Texture
-    back_ids: moderngl.Texture
+    both_normals: moderngl.Texture
+    both_ids: moderngl.Texture
 
     @classmethod
     def of_size(cls, context: moderngl.Context, size: tuple[int, int]) -> ImpostorTexels:
         """New textures."""
-        return cls(*(_texture(context, size, *kind) for kind in ((4, "f4"), (2, "f2"), (2, "u4"), (2, "f2"), (2, "u4"))))
+        return cls(*(_texture(context, size, *kind) for kind in ((4, "f4"), (4, "f2"), (4, "u4"))))
 
     def bind(self) -> None:
         """Bind all to their units."""
@@ -89,7 +88,7 @@ def _texels(device: Device, frame: CaptureFrame) -> ImpostorTexels:
     context, size = device.context, (frame.width, frame.height)
     texels = ImpostorTexels.of_size(context, size)
     bare, edges = _texture(context, size, 4, "f4"), context.depth_renderbuffer(size)
-    targets = [bare, texels.normal, texels.ids, texels.back_normal, texels.back_ids, texels.layers]
+    targets = [bare, texels.both_normals, texels.both_ids, texels.layers]
     context.enable_only(moderngl.DEPTH_TEST)
     context.depth_func = "1"
     _gather(device, "impostor_texels.frag", targets, edges, frame)

@@ -38,10 +38,13 @@ SAMPLER_UNITS = {
     "u_back_normal": 16,
     "u_back_ids": 17,
     "u_tiles": 18,
+    "u_windows": 19,
     "u_sample_layers": 20,
     "u_sample_normal": 21,
     "u_sample_ids": 22,
     "u_back_layers": 23,
+    "u_both_normals": 24,
+    "u_both_ids": 25,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 
@@ -117,8 +120,8 @@ def _set_samplers(context: moderngl.Context, program: moderngl.Program) -> None:
 def set_uniforms(program: moderngl.Program, **values: object) -> None:
     """Set the uniforms that the compiled program kept; those the compiler removed as unused are passed over."""
     for name, value in values.items():
-        if name in program:
-            member = program[name]
+        member = program.get(name, None)
+        if member is not None:
             if isinstance(value, (bytes, bytearray)):
                 member.write(value)
             else:

@@ -3,6 +3,7 @@
 // bits each, say the last eight bits of the two slopes, which is 1/30,000 of them.
 uniform sampler2D u_layers;         // ±a, da/du, da/dv, back
 uniform ivec2 u_size;
+uniform mat3 u_plane_from_pixel;    // homogeneous (u, v) on the plane of a pixel, up to a factor, positive before the eye
 uniform vec3 u_warp;                // K1, K2, K3 with the sign that relief has behind the plane
 
 ivec2 texel_at(ivec2 cell) { return ivec2(cell.x, u_size.y - 1 - cell.y); }  // v runs downwards, GL's rows upwards
@@ -27,6 +28,9 @@ uint shown_at(vec4 layers, ivec2 cell, vec2 uv) {
     ivec2 quarter = clamp(ivec2(floor((uv - vec2(cell)) * 2.0)), ivec2(0), ivec2(1));
     return (codes_of(layers) >> uint(4 * quarter.x + 8 * quarter.y)) & 15u;
 }
+
+// The depth at which a ray meets a plane that lies at depth `front` where the ray starts, and is not seen from behind.
+float depth_met(float front, vec2 gradient, vec2 slope) { return front / (1.0 - dot(gradient, slope)); }
 
 // The texture place that the view ray through the plane's point uv crosses at depth a: straight in (u, v, a).
 vec2 ray_slope(vec2 uv) { return uv * u_warp.z - u_warp.xy; }

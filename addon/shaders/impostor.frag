@@ -3,13 +3,10 @@
 #define INVERSE 0
 #define SPRITE 1
 #define PREWARPED 2
-in vec2 v_uv;
 flat in float v_begin;               // depth before which no ray here meets a surface
-uniform sampler2D u_normal;
-uniform usampler2D u_ids;
-uniform sampler2D u_back_normal;
+uniform sampler2D u_both_normals;   // of the front, of the back
+uniform usampler2D u_both_ids;      // likewise
 uniform sampler2D u_tiles;          // of every square of TILE × TILE texels, v downwards, with an empty rim: nearest and farthest depth met
-uniform usampler2D u_back_ids;
 uniform mat4 u_clip_from_texel;
 uniform vec4 u_view_depth_from_texel;
 uniform float u_source_w;           // 1 + u_source_w a is the w of a texel's point in plane coordinates
@@ -50,15 +47,20 @@ Hit trace(vec2 uv) {
     return Hit(!is_empty(layers), cell, vec3(uv + ray_slope(uv) * layers.x, layers.x), false);
 }
 #else
+#if SMOOTH
+#include "impostor_smooth.glsl"
+#else
 #include "impostor_walk.glsl"
+#endif
 #endif
 
 float dither() { return fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))); }
 
 void main() {
     if (u_fade < 1.0 && (dither() < u_fade) == (u_fade_rest == 1)) discard;
-    Hit hit = trace(v_uv);
-    if (!hit.found) discard;
+    vec3 place_seen = u_plane_from_pixel * vec3(gl_FragCoord.xy, 1.0);
+    Hit hit = trace(place_seen.xy / place_seen.z);
+    if (!hit.found || place_seen.z <= 0.0) discard;
     ivec2 texel = texel_at(hit.cell);
     vec4 place = vec4(hit.place, 1.0);
     vec4 clip = u_clip_from_texel * vec4(place.xy, place.z + u_behind, 1.0);
@@ -69,12 +71,9 @@ void main() {
     if (depth < 0.0 || depth > 1.0) discard;
     gl_FragDepth = depth;
     out_view_depth = dot(u_view_depth_from_texel, place) / (1.0 + u_source_w * place.z);
-    if (hit.on_back) {
-        out_normal = texelFetch(u_back_normal, texel, 0).rg;
-        out_ids = texelFetch(u_back_ids, texel, 0).rg;
-    } else {
-        out_normal = texelFetch(u_normal, texel, 0).rg;
-        out_ids = texelFetch(u_ids, texel, 0).rg;
-    }
+    vec4 normals = texelFetch(u_both_normals, texel, 0);
+    uvec4 ids = texelFetch(u_both_ids, texel, 0);
+    out_normal = hit.on_back ? normals.ba : normals.rg;
+    out_ids = hit.on_back ? ids.ba : ids.rg;
 #endif
 }

@@ -1,8 +1,8 @@
 // What the samples of an edge texel show, put into its slopes: `common_impostor.glsl` says how. Runs on edge texels alone.
 #include "common_impostor.glsl"
 #include "common_impostor_samples.glsl"
-uniform sampler2D u_normal;
-uniform usampler2D u_ids;
+uniform sampler2D u_both_normals;
+uniform usampler2D u_both_ids;
 layout(location = 0) out vec4 out_layers;
 
 // A slope with eight bits of codes in place of its last; never so small that it would be taken for 0.
@@ -16,8 +16,8 @@ float unlike(ivec2 cell, vec2 uv, float a, vec3 normal, uint slot) {
     if (is_empty(layers)) return 1e9;
     ivec2 texel = texel_at(cell);
     float apart = min(abs(front_at(layers, cell, uv) - a) / u_unit, 50.0);
-    float turned = 4.0 - 4.0 * dot(normal, from_octahedral(texelFetch(u_normal, texel, 0).rg));
-    return apart + turned + (texelFetch(u_ids, texel, 0).r == slot ? 0.0 : 100.0);
+    float turned = 4.0 - 4.0 * dot(normal, from_octahedral(texelFetch(u_both_normals, texel, 0).rg));
+    return apart + turned + (texelFetch(u_both_ids, texel, 0).r == slot ? 0.0 : 100.0);
 }
 
 void main() {

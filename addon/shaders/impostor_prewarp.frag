@@ -1,14 +1,14 @@
 // A warped texel: its relief, and what it looked like.
 flat in ivec2 v_texel;
 in float v_relief;
-uniform sampler2D u_normal;
-uniform usampler2D u_ids;
+uniform sampler2D u_both_normals;
+uniform usampler2D u_both_ids;
 layout(location = 0) out vec4 out_layers;
-layout(location = 1) out vec2 out_normal;
-layout(location = 2) out uvec2 out_ids;
+layout(location = 1) out vec4 out_both_normals;
+layout(location = 2) out uvec4 out_both_ids;
 
 void main() {
     out_layers = vec4(v_relief, 0.0, 0.0, v_relief);
-    out_normal = texelFetch(u_normal, v_texel, 0).rg;
-    out_ids = texelFetch(u_ids, v_texel, 0).rg;
+    out_both_normals = texelFetch(u_both_normals, v_texel, 0);
+    out_both_ids = texelFetch(u_both_ids, v_texel, 0);
 }

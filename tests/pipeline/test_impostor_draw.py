@@ -220,16 +220,16 @@ def test_a_face_seen_at_a_slant_does_not_grow_beyond_the_outline(on_gl):
 
 
 @pytest.mark.parametrize("perspective", [True, False])
-def test_leaping_over_tiles_and_leaving_out_blocks_changes_no_picture(on_gl, perspective):
-    """Against the walk through every texel from the plane to the bounds' back, in one block."""
+def test_leaping_over_tiles_leaving_out_blocks_and_taking_smooth_ones_apart_changes_no_picture(on_gl, perspective):
+    """Against the walk through every texel from the plane to the bounds' back."""
 
     def job(rig):
         impostor = rig.capture(orbit(0.4), perspective=perspective)
         impostor.content_uv = np.array([[0.0, 0.0], [impostor.frame.width, impostor.frame.height]])
         eyes = [orbit(0.4 + turn, height=0.4 + turn / 3) for turn in (0.0, 0.1, -0.3, 0.7)]
         leapt = [rig.draw(eye, impostor) for eye in eyes]
-        everything = np.tile(np.float32([0.0, 1e9]), (*impostor.tiles.size[::-1], 1))
-        impostor.tiles.write(everything.tobytes())
+        for grid, anything in ((impostor.tiles, [0.0, 1e9]), (impostor.windows, [0.0, 1e9, 1e9, 0.0])):
+            grid.write(np.tile(np.float32(anything), (*grid.size[::-1], 1)).tobytes())
         impostor.nearest = 0.0
         walked = [rig.draw(eye, impostor) for eye in eyes]
         impostor.release()
