@@ -37,16 +37,7 @@ class Course:
     def cameras(self) -> list[Camera]:
         """One camera per frame, turned about the scene's middle by a degree each, plus one to warm up."""
         middle = self.scene.bounds_ws().mean(axis=0)
-        return [turned(self.camera, middle, i * ORBIT_STEP_RAD) for i in range(self.frames + 1)]
-
-
-def turned(camera: Camera, middle_ws: np.ndarray, angle_rad: float) -> Camera:
-    """The camera carried round the vertical through `middle_ws`."""
-    c, s = np.cos(angle_rad), np.sin(angle_rad)
-    turn = np.eye(4)
-    turn[:2, :2] = [[c, -s], [s, c]]
-    turn[:3, 3] = middle_ws - turn[:3, :3] @ middle_ws
-    return Camera(camera.view_from_world @ np.linalg.inv(turn), camera.clip_from_view, camera.near, camera.far, camera.name)
+        return [self.camera.carried(middle, i * ORBIT_STEP_RAD) for i in range(self.frames + 1)]
 
 
 def run(

@@ -7,7 +7,7 @@ import io
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import count
-from math import cos, inf, radians, sin
+from math import inf, radians
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,6 @@ import numpy as np
 from .default_view import corners, depth_range
 from .job import Job, run
 from .maths.relief_picture import PictureErrors, picture_errors
-from .maths.view import Camera
 from .pipeline.scene import Mark, Scene
 from .report import impostor_row, known
 from .views import Lens
@@ -110,19 +109,11 @@ def orbit(job: Job, degrees: float, steps: int, groups: tuple[ImpostorGroup, ...
     boxes = job.scene.instance_bounds_ws()[np.isin(job.scene.instances.object_id, ids)]
     middle = (boxes[:, 0].min(axis=0) + boxes[:, 1].max(axis=0)) / 2.0
     angles = [degrees * step / steps for step in range(steps + 1)]
-    cameras = [turned(job.camera, middle, radians(angle)) for angle in angles]
+    cameras = [job.camera.carried(middle, radians(angle)) for angle in angles]
     ranges = np.array([depth_range(camera.view_from_world, corners(job.scene.instance_bounds_ws())) for camera in cameras])
     lens = Lens(near=min(job.camera.near, float(ranges[:, 0].min())), far=max(job.camera.far, float(ranges[:, 1].max())))
     for angle, camera in zip(angles, cameras, strict=True):
         yield angle, replace(job, camera=lens.on(camera))
-
-
-def turned(camera: Camera, middle_ws: np.ndarray, angle_rad: float) -> Camera:
-    """The camera carried round the vertical axis through a point, anticlockwise seen from above."""
-    back = np.eye(4)
-    back[:2, :2] = [[cos(angle_rad), sin(angle_rad)], [-sin(angle_rad), cos(angle_rad)]]
-    back[:3, 3] = middle_ws - back[:3, :3] @ middle_ws
-    return replace(camera, view_from_world=camera.view_from_world @ back)
 
 
 def walk(

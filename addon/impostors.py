@@ -91,6 +91,8 @@ def choice_for(
         regenerations=ALL_AT_ONCE if fresh else settings.regenerations,
         memory_bytes=settings.memory_mib << 20,
         fade_frames=settings.fade_frames,
+        sprite_px=settings.sprite_px,
+        ahead=settings.ahead,
         **({"waiting": AS_LONG_AS_THE_USER_WANTS} if settings.use == "manual" else {}),
     )
     capture = CaptureChoice(settings.projection == "perspective", settings.texels_per_pixel, settings.max_texels)

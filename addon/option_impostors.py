@@ -174,6 +174,27 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         soft=(0, 10),
     ),
     _one(
+        "impostor_sprite",
+        "sprite_px",
+        "number",
+        "Sprite up to (px)",
+        "Pixels (Schaufler's β) up to which the texture is shown as captured, not warped; 1 is RI's, which shows on thin parts",
+        low=0.0,
+        high=16.0,
+        soft=(0.0, 2.0),
+    ),
+    _one(
+        "impostor_ahead",
+        "ahead",
+        "number",
+        "Capture Ahead",
+        "A view that moves on is met ahead, where its texture will be right: by this share of the error limit it may be wrong until then; "
+        "0 captures from the view itself, as RI",
+        low=0.0,
+        high=0.95,
+        soft=(0.0, 0.9),
+    ),
+    _one(
         "impostor_break_even",
         "break_even",
         "switch",
@@ -194,7 +215,16 @@ def _is_automatic(values: object) -> bool:
 IMPOSTOR_APPLIES = {
     **{option.name: _is_used for option in IMPOSTOR_OPTIONS if option.name != "impostor_use"},
     **dict.fromkeys(
-        ("impostor_fresh", "impostor_predictor", "impostor_limit", "impostor_captures", "impostor_memory", "impostor_fade"), _is_automatic
+        (
+            "impostor_fresh",
+            "impostor_predictor",
+            "impostor_limit",
+            "impostor_captures",
+            "impostor_memory",
+            "impostor_fade",
+            "impostor_ahead",
+        ),
+        _is_automatic,
     ),
     "impostor_break_even": _is_automatic,
 }

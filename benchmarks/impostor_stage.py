@@ -18,7 +18,7 @@ from addon.pipeline.device import Device
 from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
 from addon.pipeline.impostor_capture import ImpostorTextures, capture
 from addon.pipeline.impostor_draw import draw_impostor
-from addon.pipeline.impostor_life import DrawnImpostor
+from addon.pipeline.impostor_views import DrawnImpostor
 from addon.pipeline.readback import read_texture
 from addon.pipeline.scene import Instances, Mesh, Scene
 from addon.pipeline.settings import Settings

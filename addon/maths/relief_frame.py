@@ -156,3 +156,9 @@ def tilt_rad(frame: CaptureFrame, camera: Camera) -> float:
     metres = np.array([frame.texel_m, frame.texel_m, 1.0])
     then, now = ((eye[:3] - eye[3] * middle) * metres for eye in (frame.eye, eye_in_plane(frame, camera)))
     return float(np.arctan2(np.linalg.norm(np.cross(then, now)), then @ now))
+
+
+def is_at_capture(frame: CaptureFrame, camera: Camera) -> bool:
+    """Whether the eye is where it was at the capture, within a thousandth of a texel: a perspective capture is the picture then."""
+    eye = eye_in_plane(frame, camera)
+    return bool(eye[3] == frame.eye[3] and (np.abs(eye - frame.eye) * [1.0, 1.0, 1.0 / frame.texel_m, 1.0] < 1e-3).all())

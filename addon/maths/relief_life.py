@@ -24,10 +24,12 @@ LIMITS = {
     "regions_sum_px": 60.0,
     "regions_max_px": 12.0,
     "regions_share": 0.6,
-    "edge_sum_px": 0.026,
-    "edge_fast_px": 0.026,
+    "edge_sum_px": 0.02,
+    "edge_fast_px": 0.02,
 }
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
+TOO_FINE = "finer than its texels"
+"""Why an object is drawn as geometry whose parts are thinner than the texels of a capture."""
 SHARED = ("edge_sum_px", "edge_fast_px")
 
 
@@ -35,7 +37,8 @@ SHARED = ("edge_sum_px", "edge_fast_px")
 class LifeSettings:
     """When impostors are shown as they are, warped, made anew, or replaced by geometry.
 
-    `predictor` and `limit` (None: the predictor's usual) decide the second critical moment. A sprite is kept while β ≤ `sprite_px` pixels.
+    `predictor` and `limit` (None: the predictor's usual) decide the second critical moment. A sprite is kept while β ≤ `sprite_px` pixels
+    (RI: 1; docs/findings.md says what that costs on thin parts).
     `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_rad`
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
@@ -43,12 +46,13 @@ class LifeSettings:
     `resampling` of the contours per texel, `turning` of the turn's tangent. `finest`: with more contours per texel than this a capture's
     life is over at once, and the geometry is drawn (fitted to pictures, as the limit: docs/findings.md). `regenerations` per frame,
     `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old texture, whose error was at the limit, is never
-    mixed in; the jump measured is small, docs/impostors.md).
+    mixed in; the jump measured is small, docs/impostors.md). `ahead`: for an eye that moves on steadily, a capture is made from where
+    the eye will be; this share of the limit is what it may be wrong by until then (0: from where the eye is, as RI; `relief_ahead.py`).
     """
 
     predictor: str = "edge_fast_px"
     limit: float | None = None
-    sprite_px: float = 1.0
+    sprite_px: float = 0.2
     approach: str = "texel"
     texel_px: float = 1.5
     max_tilt_rad: float = 0.7853981633974483
@@ -61,12 +65,13 @@ class LifeSettings:
     regenerations: int = 1
     memory_bytes: int = 256 << 20
     fade_frames: int = 0
+    ahead: float = 0.8
 
     def __post_init__(self) -> None:
         require_choice("Predictor", self.predictor, tuple(LIMITS))
         require_choice("Approach rule", self.approach, APPROACHES)
         require(self.limit is None or 0.0 < self.limit < inf, "The error limit must be positive.")
-        require(0.0 < self.sprite_px < inf and 0.0 < self.texel_px < inf, "The sprite and texel limits are positive numbers of pixels.")
+        require(0.0 <= self.sprite_px < inf and 0.0 < self.texel_px < inf, "The sprite and texel limits are positive numbers of pixels.")
         require(0.0 < self.max_tilt_rad < 1.5, "The largest tilt must lie between 0° and 85°.")
         require(0.0 < self.hysteresis <= 1.0, "The hysteresis must lie above 0 and not above 1.")
         require(1.0 <= self.waiting < inf, "The waiting factor must be at least 1.")
@@ -76,6 +81,7 @@ class LifeSettings:
         require(0 <= self.regenerations <= 10000, "Regenerations per frame: 0 to 10000.")
         require(self.memory_bytes > 0, "The texture memory must be positive.")
         require(0 <= self.fade_frames <= 60, "The crossfade takes 0 to 60 frames.")
+        require(0.0 <= self.ahead < 1.0, "The share of the limit that a capture from ahead may be wrong by must lie from 0 to below 1.")
 
     @property
     def effective_limit(self) -> float:
@@ -95,7 +101,10 @@ def share_wrong(openings: float, contours: float, turned_rad: float, shrunk: flo
 
 @dataclass(frozen=True, slots=True)
 class ImpostorState:
-    """What is remembered of one impostor between frames. `age` frames since its capture, `unseen` frames since it was last in view."""
+    """What is remembered of one impostor between frames.
+
+    `age` frames since its capture, `unseen` frames since it was last in view, `need` how near it was to be renewed (inf: not known yet).
+    """
 
     key: Hashable
     is_captured: bool = False
@@ -104,6 +113,7 @@ class ImpostorState:
     age: int = 0
     unseen: int = 0
     bytes: int = 0
+    need: float = inf
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +142,7 @@ class Action:
     """What to do with one impostor in this frame: the stage to show it in, whether to capture it first, whether to free its texture.
 
     `reason` is for the report; `fade` the share (0…1] of the new texture while it fades in; `waits`: it should have been captured, but
-    others went first, and a later frame can do it.
+    others went first, and a later frame can do it. `need`: how near to be renewed, the limit being 1.
     """
 
     key: Hashable
@@ -142,15 +152,18 @@ class Action:
     reason: str = ""
     fade: float = 1.0
     waits: bool = False
+    need: float = inf
 
 
 @dataclass(frozen=True, slots=True)
 class _Wish:
-    """What one impostor would do if it were alone: `need` 0 = content, below 1 = would rather renew early, 1 or more = must."""
+    """What one impostor would do if it were alone: `need` 0 = content, below 1 = would rather renew early, 1 or more = must; `felt` the
+    same without the threshold."""
 
     stage: str
     need: float
     reason: str
+    felt: float = inf
 
 
 def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: LifeSettings) -> list[Action]:
@@ -169,7 +182,7 @@ def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: L
             evict = state.is_captured and sight.is_too_fine and stage == "geometry"
             waits = wish.need > 1.0 and settings.regenerations > 0 and sight.capture_bytes <= settings.memory_bytes
             fade = _fade(state.age + 1, settings)
-            actions.append(Action(state.key, stage, evict=evict, reason=wish.reason, fade=fade, waits=waits))
+            actions.append(Action(state.key, stage, evict=evict, reason=wish.reason, fade=fade, waits=waits, need=wish.felt))
     return _within_memory(actions, states, sights, settings)
 
 
@@ -180,7 +193,7 @@ def advance(state: ImpostorState, action: Action, sight: Sight) -> ImpostorState
         return ImpostorState(state.key, stage=action.stage, unseen=unseen)
     if action.regenerate:
         return ImpostorState(state.key, True, False, "regenerated", 0, unseen, sight.capture_bytes)
-    return replace(state, stage=action.stage, age=state.age + 1 if state.is_captured else 0, unseen=unseen)
+    return replace(state, stage=action.stage, age=state.age + 1 if state.is_captured else 0, unseen=unseen, need=action.need)
 
 
 def is_dearer(state: ImpostorState, sight: Sight, settings: LifeSettings) -> bool:
@@ -197,7 +210,7 @@ def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
     if is_dearer(state, sight, settings):
         return _Wish("geometry", 0.0, "the geometry is cheaper")
     if sight.is_too_fine:
-        return _Wish("geometry", 0.0, "finer than its texels")
+        return _Wish("geometry", 0.0, TOO_FINE)
     can_capture = sight.capture_bytes > 0
     urgent = inf if can_capture else 0.0
     for wrong, reason in (
@@ -222,21 +235,22 @@ def _wish_of_captured(state: ImpostorState, sight: Sight, settings: LifeSettings
         nearness = betas.trans_n / betas.screen
     need, reason = max((nearness, "too coarse from this near"), (0.0 if is_sprite else error, "the predicted error is over the limit"))
     if need <= settings.hysteresis:
-        return _Wish(stage, 0.0, "")
+        return _Wish(stage, 0.0, "", need)
     if not can_capture:
         return _Wish(stage if need <= settings.waiting else "geometry", 0.0, f"{reason}; cannot be captured from here")
     if need <= 1.0:
-        return _Wish(stage, need, "renewed early")
-    return _Wish(stage, need, reason)
+        return _Wish(stage, need, "renewed early", need) if need > state.need else _Wish(stage, 0.0, "", need)
+    return _Wish(stage, need, reason, need)
 
 
 def _within_budget(wishes: Sequence[_Wish], sights: Sequence[Sight], settings: LifeSettings) -> set[int]:
-    """Who may capture: first those that must, by how much and how large they are seen; then one of those that would rather."""
+    """Who may capture: first those that must, by how much and how large they are seen; then, if more would rather than may in a frame, one
+    of those."""
     must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -sights[i].covered_px, i))
     early = sorted((i for i, w in enumerate(wishes) if 0.0 < w.need <= 1.0), key=lambda i: (-wishes[i].need, i))
     affordable = [i for i in must if sights[i].capture_bytes <= settings.memory_bytes][: settings.regenerations]
     room = settings.regenerations - len(affordable)
-    return {*affordable, *early[: min(room, 1)]}
+    return {*affordable, *(early[: min(room, 1)] if len(early) > settings.regenerations else ())}
 
 
 def _while_waiting(state: ImpostorState, sight: Sight, wish: _Wish, settings: LifeSettings) -> str:

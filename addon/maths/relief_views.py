@@ -29,16 +29,16 @@ def view_directions(count: int) -> np.ndarray:
 
 def nearest_views(directions: np.ndarray, camera: Camera, centre_ws: np.ndarray, count: int) -> np.ndarray:
     """(min(count, V),) indices of the `directions` (V, 3) nearest to the camera's own as seen from the object's middle, nearest first."""
-    return np.argsort(-(directions @ _towards_eye(camera, centre_ws)[0]), kind="stable")[:count]
+    return np.argsort(-(directions @ towards_eye(camera, centre_ws)[0]), kind="stable")[:count]
 
 
 def view_camera(camera: Camera, centre_ws: np.ndarray, direction: np.ndarray) -> Camera:
     """The camera moved round the object: as far from its middle, in `direction` (3,), looking at the middle; its lens stays."""
-    distance = _towards_eye(camera, centre_ws)[1]
+    distance = towards_eye(camera, centre_ws)[1]
     return replace(camera, view_from_world=look_at(centre_ws + distance * direction, centre_ws))
 
 
-def _towards_eye(camera: Camera, centre_ws: np.ndarray) -> tuple[np.ndarray, float]:
+def towards_eye(camera: Camera, centre_ws: np.ndarray) -> tuple[np.ndarray, float]:
     """Unit vector from the object's middle towards the eye, and how far the eye is (an orthographic camera's: along its view)."""
     offset = camera.eye_ws - centre_ws
     if camera.is_orthographic:

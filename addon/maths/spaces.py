@@ -29,6 +29,19 @@ def translation(offset: np.ndarray) -> np.ndarray:
     return out
 
 
+def rotation(axis: np.ndarray, angle_rad: float, point: np.ndarray = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """(4, 4) rotation about the line through `point` (3,) along `axis` (3,), anticlockwise seen against it: Rodrigues' formula.
+
+    Domain: `axis` not zero; its length does not matter.
+    """
+    x, y, z = np.asarray(axis, np.float64) / np.linalg.norm(axis)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    out = np.eye(4)
+    out[:3, :3] += np.sin(angle_rad) * cross + (1.0 - np.cos(angle_rad)) * (cross @ cross)
+    out[:3, 3] = np.asarray(point, np.float64) - out[:3, :3] @ point
+    return out
+
+
 def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray = (0.0, 0.0, 1.0)) -> np.ndarray:
     """`view_from_world` of a camera at `eye_ws` that looks at `target_ws`.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan, inf
 
 import numpy as np
 
 from .choices import require
+from .spaces import rotation
 
 LIGHT_KINDS = ("sun", "spot", "point")
 
@@ -68,6 +69,10 @@ class Camera:
     def half_fov_rad(self) -> float:
         """φ, half the vertical field of view (0 for an orthographic camera)."""
         return 0.0 if self.is_orthographic else atan(1.0 / float(self.clip_from_view[1, 1]))
+
+    def carried(self, point_ws: np.ndarray, angle_rad: float, axis_ws: np.ndarray = (0.0, 0.0, 1.0)) -> Camera:
+        """The camera carried rigidly round the axis through a point, the vertical one unless told: anticlockwise seen against it."""
+        return replace(self, view_from_world=self.view_from_world @ rotation(axis_ws, -angle_rad, point_ws))
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,6 +32,8 @@ LIFE = (
     "impostor_predictor",
     "impostor_limit",
     "impostor_tilt",
+    "impostor_sprite",
+    "impostor_ahead",
     "impostor_fade",
     "impostor_break_even",
     "impostor_fresh",

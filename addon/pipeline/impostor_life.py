@@ -12,18 +12,20 @@ import numpy as np
 
 from ..errors import GpuError, SceneError
 from ..maths.choices import require, require_choice
+from ..maths.relief import CaptureFrame
 from ..maths.relief_beta import Betas
 from ..maths.relief_edges import EdgeChoice, ReliefEdges
-from ..maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
-from ..maths.relief_life import Action, ImpostorState, LifeSettings, advance, decide
+from ..maths.relief_frame import CaptureChoice, capture_frame, is_at_capture, tilt_rad
+from ..maths.relief_life import TOO_FINE, Action, ImpostorState, LifeSettings, advance, decide
 from ..maths.view import Camera
 from .device import Device
 from .draw_list import DrawList
-from .gbuffer_pass import GBuffer, draw_gbuffer
+from .gbuffer_pass import draw_gbuffer
+from .impostor_ahead import Ahead
 from .impostor_capture import ImpostorTextures, capture, fingerprint
 from .impostor_draw import METHODS, draw_impostor
 from .impostor_sights import Part, Seen, Sights, View, parts_of
-from .impostor_views import Views, towards_set
+from .impostor_views import DrawnImpostor, Views, towards_set
 from .scene import Scene
 
 MODES = ("automatic", "manual")
@@ -104,44 +106,6 @@ class ImpostorReport:
 
 
 @dataclass(frozen=True, eq=False)
-class DrawnImpostor:
-    """How to draw one impostor in this frame: its texture, the old one while the new fades in, and further views, nearest first."""
-
-    textures: ImpostorTextures
-    hull_ws: np.ndarray
-    sprite: bool
-    method: str
-    fade: float
-    old: ImpostorTextures | None
-
-    others: tuple[ImpostorTextures, ...] = ()
-    fill: bool = True
-
-    def draw(self, device: Device, target: GBuffer, camera: Camera) -> None:
-        """Draw over what `target` holds."""
-        method = "sprite" if self.sprite else self.method
-        if self.others:
-            self._draw_views(device, target, camera)
-            return
-        fade = self.fade if self.old is not None else 1.0
-        self._draw_one(device, target, camera, self.textures, method=method, fade=fade)
-        if self.old is not None and fade < 1.0:
-            self._draw_one(device, target, camera, self.old, fade=fade, fade_rest=True)
-
-    def _draw_views(self, device: Device, target: GBuffer, camera: Camera) -> None:
-        """The nearest two dithered, the nearer the denser; then all of them a texel farther back, where that left holes."""
-        tilts = [tilt_rad(textures.frame, camera) for textures in (self.textures, self.others[0])]
-        fade = min(0.999, tilts[1] / max(sum(tilts), 1e-9))
-        self._draw_one(device, target, camera, self.textures, fade=fade)
-        self._draw_one(device, target, camera, self.others[0], fade=fade, fade_rest=True)
-        for textures in (self.textures, *self.others):
-            self._draw_one(device, target, camera, textures, behind_texels=1.0)
-
-    def _draw_one(self, device: Device, target: GBuffer, camera: Camera, textures: ImpostorTextures, **how: object) -> None:
-        draw_impostor(device, target, textures, self.hull_ws, camera, **{"method": self.method, "fill": self.fill} | how)
-
-
-@dataclass(frozen=True, eq=False)
 class ImpostorFrame:
     """What a frame does about its impostors: `geometry_rows` (I,) bool still drawn as triangles, the impostors to draw, their reports,
     and the triangles that the camera pass is spared."""
@@ -162,6 +126,7 @@ class ImpostorLibrary:
         self._old: dict[Hashable, ImpostorTextures] = {}
         self._views: dict[Hashable, Views] = {}
         self._look = Sights()
+        self._ahead = Ahead()
         self._parts: tuple[Scene | None, tuple[ImpostorGroup, ...], list[Part]] = (None, (), [])
         self._judged: tuple[DrawList | None, dict[Hashable, Hashable]] = (None, {})
 
@@ -195,6 +160,7 @@ class ImpostorLibrary:
             if action.stage != "geometry":
                 geometry_rows &= ~part.rows
             reports.append(self._report(part, seen, action, choice))
+        self._ahead.moved_to(camera)
         saved = sum(r.triangles for r in reports if r.stage not in ("geometry", "hidden"))
         return ImpostorFrame(geometry_rows, tuple(drawn), tuple(reports), saved)
 
@@ -231,6 +197,7 @@ class ImpostorLibrary:
             del self._states[key]
             self._drop(key)
             self._look.forget(key)
+            self._ahead.forget(key)
 
     def _drop(self, key: Hashable) -> None:
         self._textures.pop(key, None)
@@ -291,15 +258,38 @@ class ImpostorLibrary:
                 self._old.pop(key).release()
             return action
         try:
-            frame = seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.capture)
-            fresh = capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges)
+            fresh = self._captured(part, seen, draw_list, view, choice, number)
         except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error))
+        if fresh.edges.contour_share > choice.life.finest:
+            self._look.remember_too_fine(key, fresh.frame)
+            fresh.release()
+            self._drop(key)
+            return Action(key, "geometry", evict=True, reason=TOO_FINE)
         self._keep(key, fresh, view, choice, number)
         if choice.never_dearer and choice.pixel_ns is None:
             self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.method)
         return action
+
+    def _captured(
+        self, part: Part, seen: Seen, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
+    ) -> ImpostorTextures:
+        """A new capture: from ahead of an eye that moves on, where that is good enough here, else from here."""
+
+        def taken(frame: CaptureFrame) -> ImpostorTextures:
+            return capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges)
+
+        key, worn = part.group.key, self._textures.get(part.group.key)
+        renews = worn is not None and worn.fingerprint == self._fingerprint(part, draw_list) and number is None
+        if renews and choice.mode == "automatic":
+            ahead = self._ahead.frame(part, worn, view)
+            if ahead is not None:
+                fresh = taken(ahead)
+                if self._ahead.holds(key, self._look.look_at(part, fresh, view).sight, view.life):
+                    return fresh
+                fresh.release()
+        return taken(seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.capture))
 
     def _keep(self, key: Hashable, fresh: ImpostorTextures, view: View, choice: ImpostorChoice, number: int | None) -> None:
         """Put a new capture among those of its impostor; captures of what the object was before go."""
@@ -321,7 +311,7 @@ class ImpostorLibrary:
         if old is not None and tilt_rad(old.frame, camera) > choice.life.max_tilt_rad:
             old = None
         textures = self._textures[key]
-        at_rest = action.stage == "regenerated" and textures.frame.is_perspective and not choice.directions
+        at_rest = textures.frame.is_perspective and is_at_capture(textures.frame, camera)
         near = [t for t in self._views[key].by_nearness(camera)[1 : choice.views] if tilt_rad(t.frame, camera) <= choice.life.max_tilt_rad]
         others = () if at_rest else tuple(near)
         return DrawnImpostor(

@@ -155,6 +155,12 @@ class Sights:
                 seen.append(self._without_texture(part, view))
         return seen
 
+    def look_at(self, part: Part, textures: ImpostorTextures, view: View) -> Seen:
+        """One texture by itself, which need not be one of those kept."""
+        alone = Sights()
+        alone._geometry_ns, alone._pixel_ns = self._geometry_ns, self._pixel_ns
+        return alone.look([part], [textures], view)[0]
+
     def measure_geometry(self, part: Part, draw: Callable[[np.ndarray], None]) -> None:
         """Time an object's triangles, once for their number. `draw` draws rows of the scene alone and waits for the GPU."""
         known = self._geometry_ns.get(part.group.key)

@@ -14,11 +14,51 @@ from ..errors import SceneError
 from ..maths.relief_frame import capture_frame, tilt_rad
 from ..maths.relief_views import nearest_views, view_camera, view_directions
 from ..maths.view import Camera
+from .device import Device
+from .gbuffer_pass import GBuffer
 from .impostor_capture import ImpostorTextures, capture_bytes
+from .impostor_draw import draw_impostor
 from .impostor_sights import Part, Seen, View
 
 MISSING = 1.2
 """A view of the set that is missing counts as an error of this share of the limit: it is captured, and the others are shown meanwhile."""
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnImpostor:
+    """How to draw one impostor in this frame: its texture, the old one while the new fades in, and further views, nearest first."""
+
+    textures: ImpostorTextures
+    hull_ws: np.ndarray
+    sprite: bool
+    method: str
+    fade: float
+    old: ImpostorTextures | None
+    others: tuple[ImpostorTextures, ...] = ()
+    fill: bool = True
+
+    def draw(self, device: Device, target: GBuffer, camera: Camera) -> None:
+        """Draw over what `target` holds."""
+        method = "sprite" if self.sprite else self.method
+        if self.others:
+            self._draw_views(device, target, camera)
+            return
+        fade = self.fade if self.old is not None else 1.0
+        self._draw_one(device, target, camera, self.textures, method=method, fade=fade)
+        if self.old is not None and fade < 1.0:
+            self._draw_one(device, target, camera, self.old, fade=fade, fade_rest=True)
+
+    def _draw_views(self, device: Device, target: GBuffer, camera: Camera) -> None:
+        """The nearest two dithered, the nearer the denser; then all of them a texel farther back, where that left holes."""
+        tilts = [tilt_rad(textures.frame, camera) for textures in (self.textures, self.others[0])]
+        fade = min(0.999, tilts[1] / max(sum(tilts), 1e-9))
+        self._draw_one(device, target, camera, self.textures, fade=fade)
+        self._draw_one(device, target, camera, self.others[0], fade=fade, fade_rest=True)
+        for textures in (self.textures, *self.others):
+            self._draw_one(device, target, camera, textures, behind_texels=1.0)
+
+    def _draw_one(self, device: Device, target: GBuffer, camera: Camera, textures: ImpostorTextures, **how: object) -> None:
+        draw_impostor(device, target, textures, self.hull_ws, camera, **{"method": self.method, "fill": self.fill} | how)
 
 
 @dataclass(eq=False)

@@ -100,6 +100,8 @@ class ImpostorSettings:
 
     `use` 'automatic': the life cycle renews them; 'manual': the user does; 'off': all is drawn as geometry. `fresh`: every final render
     captures anew, so that a picture does not depend on those before it. `limit` of the `predictor`, in its unit (None: its usual one).
+    `sprite_px` pixels of Schaufler's β up to which they are shown unwarped; `ahead` the share of the limit that a capture made ahead of a
+    moving view may be wrong by.
     `max_tilt_deg` beyond which an impostor is renewed in any case. `regenerations` per picture of a view, `memory_mib` for all textures.
     `break_even`: what is cheaper as geometry is drawn as geometry ('automatic'). `views` captures are drawn together, the last ones or,
     with `directions` n > 0, those nearest of n × n directions round the object. `fill`: what lay hidden at capture is taken to go on.
@@ -118,6 +120,8 @@ class ImpostorSettings:
     max_tilt_deg: float = round(degrees(_LIFE.max_tilt_rad), 6)
     regenerations: int = _LIFE.regenerations
     memory_mib: int = _LIFE.memory_bytes >> 20
+    sprite_px: float = _LIFE.sprite_px
+    ahead: float = _LIFE.ahead
     fade_frames: int = _LIFE.fade_frames
     break_even: bool = True
     views: int = 1
@@ -136,6 +140,8 @@ class ImpostorSettings:
         require(0.0 < self.max_tilt_deg <= 85.0, "The impostors' largest tilt must lie above 0° and not above 85°.")
         require(0 <= self.regenerations <= 10000, "Impostor captures per picture: 0 to 10000.")
         require(1 <= self.memory_mib <= 1 << 20, "The impostors' texture memory must be 1 MiB or more.")
+        require(0.0 <= self.sprite_px <= 16.0, "The pixels up to which an impostor is a sprite must lie between 0 and 16.")
+        require(0.0 <= self.ahead <= 0.95, "The share of the limit for captures ahead must lie between 0 and 0.95.")
         require(0 <= self.fade_frames <= 60, "The impostors' crossfade takes 0 to 60 pictures.")
         require_choice("Impostor casters", self.casters, IMPOSTOR_CASTERS)
         require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")

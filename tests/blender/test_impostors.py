@@ -74,7 +74,7 @@ def test_copies_made_by_an_instancer_are_impostors_of_their_own(ball, view, blen
 def test_text_and_curves_are_impostors_too(cube_scene, view, blend):
     blend.ops.object.text_add(location=(1, 0, 1))
     text = blend.context.object
-    text.data.extrude = 0.2
+    text.data.extrude, text.data.size = 0.2, 3.0
     text.cad_shadow_impostor = True
     cube_scene.cad_shadow.impostor_break_even = False
     _, reports = view()

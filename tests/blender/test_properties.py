@@ -50,6 +50,7 @@ CHANGES = {
     "impostor_use": "manual", "impostor_fresh": False, "impostor_projection": "orthographic", "impostor_back": False,
     "impostor_warp": "forward", "impostor_predictor": "critical", "impostor_limit": 0.125, "impostor_texels": 1.5,
     "impostor_max_texels": 512, "impostor_tilt": 30.0, "impostor_captures": 3, "impostor_memory": 64, "impostor_fade": 4,
+    "impostor_sprite": 0.5, "impostor_ahead": 0.5,
     "impostor_break_even": False, "impostor_views": 2, "impostor_directions": 8, "impostor_fill": False,
     "impostor_casters": "impostor",
 }  # fmt: skip

@@ -12,7 +12,7 @@ from addon.maths.relief_beta import Betas
 from addon.maths.relief_error import PREDICTORS
 from addon.maths.relief_life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide, share_wrong
 
-RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, memory_bytes=1000)
+RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, sprite_px=1.0, memory_bytes=1000)
 
 
 def _betas(total: float = 0.0, texel: float = 1.0, trans_n: float = 0.0) -> Betas:
@@ -36,7 +36,7 @@ def test_a_new_impostor_is_captured_then_a_sprite_then_warped_then_renewed():
     captured_at = 0.0
     for eye in range(9):
         moved = eye - captured_at
-        sight = _sight(betas=_betas(total=0.6 * moved), predicted=0.22 * moved)
+        sight = _sight(betas=_betas(total=0.6 * moved), predicted=0.3 * moved)
         action = _one(state, sight)
         stages.append(action.stage)
         captured_at = eye if action.regenerate else captured_at
@@ -97,12 +97,23 @@ def test_geometry_is_drawn_where_it_is_cheaper_with_hysteresis():
     assert _one(_live(stage="warp"), _sight(geometry_cost=1.0, impostor_cost=1.5)).stage == "geometry"
 
 
-def test_renewal_comes_early_only_when_there_is_room():
+def test_renewal_comes_early_where_more_are_nearly_due_than_a_frame_may_renew():
     early, due = _sight(betas=_betas(5.0), predicted=0.8), _sight(betas=_betas(5.0), predicted=1.1)
-    assert _one(_live(), early).regenerate
-    actions = decide([_live(0), _live(1)], [early, due], RULES)
-    assert [a.regenerate for a in actions] == [False, True]
-    assert [a.regenerate for a in decide([_live(i) for i in range(3)], [early] * 3, replace(RULES, regenerations=3))].count(True) == 1
+    wearing = [_live(i, need=0.7) for i in range(3)]
+    assert not _one(wearing[0], early).regenerate
+    assert [a.regenerate for a in decide(wearing[:2], [early] * 2, RULES)].count(True) == 1
+    assert [a.regenerate for a in decide(wearing, [early, due, early], RULES)] == [False, True, False]
+    assert [a.regenerate for a in decide(wearing, [early] * 3, replace(RULES, regenerations=2))].count(True) == 1
+    assert not any(a.regenerate for a in decide(wearing, [early] * 3, replace(RULES, regenerations=3)))
+
+
+def test_what_gets_better_by_itself_is_not_renewed_early():
+    nearly = _sight(betas=_betas(5.0), predicted=0.8)
+    assert not any(a.regenerate for a in decide([_live(i, need=0.9) for i in range(3)], [nearly] * 3, RULES))
+    unknown = advance(ImpostorState("new"), Action("new", "regenerated", regenerate=True), nearly)
+    assert not any(a.regenerate for a in decide([unknown, replace(unknown, key="other")], [nearly] * 2, RULES))
+    later = advance(unknown, _one(unknown, nearly), nearly)
+    assert later.need == pytest.approx(0.8)
 
 
 def test_the_crossfade_ends_after_its_frames():
@@ -204,7 +215,7 @@ def test_the_share_of_wrong_pixels_weighs_openings_contours_and_the_turn_and_gro
         {"approach": "x"},
         {"limit": 0.0},
         {"limit": float("nan")},
-        {"sprite_px": 0.0},
+        {"sprite_px": -0.1},
         {"texel_px": float("inf")},
         {"max_tilt_rad": 2.0},
         {"hysteresis": 0.0},

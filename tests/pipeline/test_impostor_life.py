@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addon.maths.relief_frame import tilt_rad
 from addon.maths.relief_life import LifeSettings
 from addon.maths.view import Light
+from addon.pipeline import impostor_ahead
 from addon.pipeline.device import device_of
 from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
 from addon.pipeline.impostor_shadows import casters_of
@@ -33,6 +35,7 @@ def film(renderer):
         return renderer.render(scene, camera, light, CHEAP, SIZE, passes, measure=False, impostors=choice)
 
     empty()
+    shot.empty = empty
     yield shot
     empty()
 
@@ -54,6 +57,39 @@ def test_a_slow_orbit_is_captured_warped_and_renewed_and_always_close_to_the_geo
     assert "geometry" not in stages
     assert min(quality) > 22.0
     assert np.median(quality) > 26.0
+
+
+def test_an_eye_that_moves_on_is_met_ahead_so_that_fewer_captures_hold_the_same_limit(film):
+    captures = {}
+    for ahead in (0.0, 0.8):
+        film.empty()
+        rules = LifeSettings(limit=0.02, ahead=ahead)
+        shown = [film(orbit(angle), replace(ALL, life=rules)).impostors[0] for angle in np.arange(0.0, 1.0, 0.02)]
+        captures[ahead] = sum(r.stage == "regenerated" for r in shown)
+        assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
+    assert captures[0.8] <= 0.75 * captures[0.0], captures
+
+
+def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(film, renderer):
+    rules = replace(ALL, life=LifeSettings(limit=0.02))
+    turned = []
+    for angle in np.arange(0.0, 1.0, 0.02):
+        frame = film(orbit(angle), rules)
+        if frame.impostors[0].stage == "regenerated" and angle > 0.0:
+            textures = renderer.worker.call(lambda c: library_of(device_of(c, renderer.worker)).textures("parts"))
+            turned.append(tilt_rad(textures.frame, orbit(angle)))
+            assert psnr(frame.passes["combined"], film(orbit(angle), choice=None).passes["combined"]) > 24.0
+    assert max(turned) > 0.02
+
+
+def test_a_capture_from_ahead_that_would_be_wrong_here_is_made_from_here(film, renderer, monkeypatch):
+    """No texture holds from a radian ahead."""
+    monkeypatch.setattr(impostor_ahead, "ahead_of", lambda worn, before, camera, centre, share: camera.carried(centre, 1.0))
+    rules = replace(ALL, life=LifeSettings(limit=0.02))
+    for angle in np.arange(0.0, 0.6, 0.02):
+        if film(orbit(angle), rules).impostors[0].stage == "regenerated":
+            textures = renderer.worker.call(lambda c: library_of(device_of(c, renderer.worker)).textures("parts"))
+            assert tilt_rad(textures.frame, orbit(angle)) == pytest.approx(0.0, abs=1e-6)
 
 
 def test_the_floor_before_and_behind_impostors_and_their_shadows_stay(film):
@@ -121,15 +157,15 @@ def test_what_an_impostors_pixel_costs_is_measured_at_its_capture(film, renderer
 
 
 def test_an_object_thinner_than_its_texels_is_geometry_until_it_is_seen_larger(film):
-    """A fence of rods a fifth of a pixel wide."""
-    rods = [scenes.rod((x, 0.0, 0.0), (x, 0.0, 1.0), 0.004) for x in np.linspace(-1.0, 1.0, 41)]
-    fence = ImpostorChoice((ImpostorGroup("fence", tuple(range(41))),), never_dearer=False)
+    """A fence of rods less than a pixel wide from afar."""
+    rods = [scenes.rod((x, 0.0, 0.0), (x, 0.0, 1.0), 0.03) for x in np.linspace(-0.5, 0.5, 6)]
+    fence = ImpostorChoice((ImpostorGroup("fence", tuple(range(6))),), never_dearer=False)
     scene = scenes.scene_of(*rods)
-    stages = [film(orbit(0.02 * i), fence, scene).impostors[0] for i in range(4)]
-    assert [r.stage for r in stages] == ["regenerated", "geometry", "geometry", "geometry"]
+    stages = [film(orbit(0.02 * i, distance=12.0), fence, scene).impostors[0] for i in range(4)]
+    assert [r.stage for r in stages] == ["geometry"] * 4
     assert stages[2].reason == "finer than its texels"
     assert stages[2].bytes == 0
-    assert film(orbit(0.06, distance=2.5), fence, scene).impostors[0].stage == "regenerated"
+    assert film(orbit(0.06, distance=2.0), fence, scene).impostors[0].stage == "regenerated"
 
 
 def test_a_deleted_object_a_hidden_one_and_one_out_of_view_draw_nothing_and_do_not_fail(film):

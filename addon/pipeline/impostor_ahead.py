@@ -1,0 +1,51 @@
+"""How far ahead of a moving eye each impostor is captured: learnt from its captures before. Worker thread only."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+from ..errors import SceneError
+from ..maths.relief import CaptureFrame
+from ..maths.relief_ahead import ahead_of, next_share
+from ..maths.relief_frame import capture_frame
+from ..maths.relief_life import LifeSettings, Sight
+from ..maths.view import Camera
+from .impostor_capture import ImpostorTextures
+from .impostor_sights import Part, View
+
+
+class Ahead:
+    """The eye of the frame before, and by which share of the turn that wore out its last texture each impostor is captured ahead."""
+
+    def __init__(self) -> None:
+        self._before: Camera | None = None
+        self._shares: dict[Hashable, float] = {}
+
+    def moved_to(self, camera: Camera) -> None:
+        """The frame is done: where its eye was."""
+        self._before = camera
+
+    def forget(self, key: Hashable) -> None:
+        """The object is not an impostor any more."""
+        self._shares.pop(key, None)
+
+    def frame(self, part: Part, worn: ImpostorTextures, view: View) -> CaptureFrame | None:
+        """What to capture in the place of `worn`; None: what is seen from the eye itself."""
+        if self._before is None or view.life.ahead == 0.0:
+            return None
+        share = self._shares.get(part.group.key, view.life.ahead)
+        try:
+            ahead = ahead_of(worn.frame, self._before, view.camera, part.bounds_ws.mean(axis=0), share)
+            return capture_frame(part.hull_ws, ahead, view.size, view.capture) if ahead is not None else None
+        except SceneError:
+            return None
+
+    def holds(self, key: Hashable, sight: Sight, life: LifeSettings) -> bool:
+        """Whether a texture captured ahead is good enough here and now (`sight` of it); what was found is learnt from."""
+        if sight.betas is None:
+            return False
+        limit = life.effective_limit
+        coarse = sight.betas.texel > life.texel_px * sight.betas.screen
+        found = float("inf") if coarse or sight.tilt_rad > life.max_tilt_rad else sight.predicted
+        self._shares[key] = next_share(self._shares.get(key, life.ahead), found, life.ahead * limit)
+        return found <= limit
