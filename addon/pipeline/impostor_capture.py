@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import GpuError, SceneError
 from ..maths.relief import CaptureFrame, depth_from_relief, shift_unit
+from ..maths.relief_carry import carried
 from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
 from .device import Device
 from .draw_list import DrawList
@@ -85,9 +86,18 @@ def fingerprint(draw_list: DrawList, rows: np.ndarray) -> Hashable:
 
 
 def capture(
-    device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, *, with_back: bool = True, choice: EdgeChoice | None = None
+    device: Device,
+    draw_list: DrawList,
+    rows: np.ndarray,
+    frame: CaptureFrame,
+    *,
+    with_back: bool = True,
+    choice: EdgeChoice | None = None,
+    known: ReliefEdges | None = None,
 ) -> ImpostorTextures:
     """Capture the instance rows of the mask `rows` (I,). `with_back` False leaves out the back layer: every surface is a sheet.
+
+    `known`: edges of a capture of the same from farther away, to be carried over (where `relief_carry.carries`) instead of gathered anew.
 
     Raises `SceneError` when nothing of them is seen, `GpuError` when the frame exceeds the driver's texture size.
     """
@@ -95,16 +105,17 @@ def capture(
     if SAMPLES * max(frame.width, frame.height) > limit:
         size = f"{frame.width}×{frame.height}"
         raise GpuError(f"An impostor of {size} texels exceeds this driver's limit of {limit // SAMPLES}: lower its resolution.")
-    texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back)
+    texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back and known is None)
     try:
         layers = read_texture(texels.layers)
         mask = layers[..., 0] < EMPTY
         near, far = np.abs(np.where(mask, layers[..., 0], 0.0)), np.where(mask, layers[..., 3], 0.0)
-        away = -1.0 if frame.is_perspective else 1.0
-        depth, ends, last = (
-            depth_from_relief(frame.source, away * r).astype(np.float32) for r in (near, far, far if last is None else last)
-        )
-        edges = relief_edges(frame, depth, mask, *((ends, choice or EdgeChoice(), last) if with_back else (None, choice or EdgeChoice())))
+        depth, ends = (_metres(frame, relief) for relief in (near, far))
+        if known is None:
+            back, deepest = (ends, _metres(frame, last)) if with_back else (None, None)
+            edges = relief_edges(frame, depth, mask, back, choice or EdgeChoice(), deepest)
+        else:
+            edges = carried(known, frame, int(mask.sum()))
     except (SceneError, GpuError):
         texels.release()
         raise
@@ -122,6 +133,11 @@ def capture(
         _content_uv(mask),
         fingerprint(draw_list, rows),
     )
+
+
+def _metres(frame: CaptureFrame, relief: np.ndarray) -> np.ndarray:
+    """float32 metres behind the plane of |relief|."""
+    return depth_from_relief(frame.source, -relief if frame.is_perspective else relief).astype(np.float32)
 
 
 def _content_uv(mask: np.ndarray) -> np.ndarray:
