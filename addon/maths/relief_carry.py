@@ -17,25 +17,25 @@ from ..errors import SceneError
 from .relief import CaptureFrame
 from .relief_edges import EMPTY_TEXTURE, ReliefEdges, directional_sums
 from .relief_error import predict, relief_set
-from .view import Camera
 
 FINER, DOUBLED = 1.04, 2.0
 """By how much the new capture must be finer than the last, and may be finer than that of the gathering: new texels to an old one."""
 OPENED = 0.02
-"""Share of the pixels covered that may have opened since the gathering, by its own prediction."""
+"""Share of the new texels that may have opened since the gathering, by its own prediction."""
 SMALLEST_COSINE = cos(radians(5.0))
 """The frames' axes may differ by this: an edge is taken for one along its old axis."""
 
 
-def carries(edges: ReliefEdges, frame: CaptureFrame, camera: Camera, size: tuple[int, int]) -> bool:
-    """Whether the last texture's `edges` may serve a new one on `frame` for `camera` with an image of `size` (w, h): see the constants."""
+def carries(edges: ReliefEdges, frame: CaptureFrame) -> bool:
+    """Whether the last texture's `edges` may serve a new one on `frame`, a capture of the same object: see the constants above."""
     first = edges.gathered or edges
     if first.frame.is_perspective != frame.is_perspective or not _axes_agree(first.frame, frame):
         return False
     if not (_growth(edges.frame, frame) >= FINER and _growth(first.frame, frame) <= DOUBLED):
         return False
-    found = {name: float(value[0]) for name, value in predict(relief_set([first]), camera, size, exact=False).items()}
-    return found["edge_fast_px"] < inf and found["edge_fast_px"] <= OPENED * found["covered_px"]
+    found = predict(relief_set([first]), frame.camera(), (frame.width, frame.height), exact=False)
+    opened, covered = (float(found[name][0]) for name in ("edge_fast_px", "covered_px"))
+    return opened < inf and opened <= OPENED * covered
 
 
 def carried(edges: ReliefEdges, frame: CaptureFrame, texels: int) -> ReliefEdges:

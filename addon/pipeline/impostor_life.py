@@ -14,6 +14,7 @@ from ..errors import GpuError, SceneError
 from ..maths.choices import require, require_choice
 from ..maths.relief import CaptureFrame
 from ..maths.relief_beta import Betas
+from ..maths.relief_carry import carries
 from ..maths.relief_edges import EdgeChoice, ReliefEdges
 from ..maths.relief_frame import CaptureChoice, capture_frame, is_at_capture, tilt_rad
 from ..maths.relief_life import TOO_FINE, Action, ImpostorState, LifeSettings, advance, decide
@@ -30,6 +31,8 @@ from .scene import Scene
 
 MODES = ("automatic", "manual")
 CASTERS = ("geometry", "impostor")
+CARRIED = "edges carried over"
+"""Added to the reason of a renewal from nearer that gathered nothing anew for the predictors (`maths/relief_carry.py`)."""
 
 
 @dataclass(frozen=True)
@@ -270,7 +273,7 @@ class ImpostorLibrary:
         self._keep(key, fresh, view, choice, number)
         if choice.never_dearer and choice.pixel_ns is None:
             self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.method)
-        return action
+        return action if fresh.edges.gathered is None else replace(action, reason=f"{action.reason}; {CARRIED}")
 
     def _captured(
         self, part: Part, seen: Seen, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
@@ -278,7 +281,8 @@ class ImpostorLibrary:
         """A new capture: from ahead of an eye that moves on, where that is good enough here, else from here."""
 
         def taken(frame: CaptureFrame) -> ImpostorTextures:
-            return capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges)
+            known = _known(worn, frame, choice) if renews else None
+            return capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges, known=known)
 
         key, worn = part.group.key, self._textures.get(part.group.key)
         renews = worn is not None and worn.fingerprint == self._fingerprint(part, draw_list) and number is None
@@ -349,6 +353,13 @@ def _view(camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples
     """For whom the impostors are looked at; captures are laid so that the picture's samples fall on theirs."""
     laid = replace(choice.capture, picture_samples=round(samples**0.5))
     return View(camera, size, laid, choice.life, choice.exact, choice.never_dearer, choice.triangle_ns, choice.pixel_ns)
+
+
+def _known(worn: ImpostorTextures, frame: CaptureFrame, choice: ImpostorChoice) -> ReliefEdges | None:
+    """What the predictors keep of the last capture, where it may serve a new one on `frame`."""
+    edges = worn.edges
+    alike = edges.choice == choice.edges and edges.has_back == choice.with_back
+    return edges if alike and carries(edges, frame) else None
 
 
 def _asked(actions: list[Action], states: Sequence[ImpostorState], sights: Sequence[Seen], choice: ImpostorChoice) -> list[Action]:
