@@ -66,7 +66,7 @@ def test_most_renewals_of_an_object_that_is_approached_carry_their_edges_over(ap
     carried = [r.edges.gathered is not None for r in renewed]
     assert renewed[-1].size[0] > 2.5 * renewed[0].size[0]
     assert not carried[0]
-    assert 0.5 < np.mean(carried) < 1.0
+    assert 0.5 < np.mean(carried[1:]) < 1.0
     assert [CARRIED in r.reason for r in renewed] == carried
     for report in renewed:
         first = report.edges.gathered or report.edges
