@@ -182,7 +182,8 @@ def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: L
             evict = state.is_captured and sight.is_too_fine and stage == "geometry"
             waits = wish.need > 1.0 and settings.regenerations > 0 and sight.capture_bytes <= settings.memory_bytes
             fade = _fade(state.age + 1, settings)
-            actions.append(Action(state.key, stage, evict=evict, reason=wish.reason, fade=fade, waits=waits, need=wish.felt))
+            reason = "" if 0.0 < wish.need <= 1.0 else wish.reason
+            actions.append(Action(state.key, stage, evict=evict, reason=reason, fade=fade, waits=waits, need=wish.felt))
     return _within_memory(actions, states, sights, settings)
 
 

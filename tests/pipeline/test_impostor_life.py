@@ -199,7 +199,7 @@ def test_impostors_nobody_asks_for_any_more_give_their_memory_back(film, rendere
 def test_both_warps_can_be_chosen(film, method):
     choice = replace(ALL, method=method)
     film(orbit(0.3), choice)
-    frame, truth = film(orbit(0.45), choice), film(orbit(0.45), choice=None)
+    frame, truth = film(orbit(0.4), choice), film(orbit(0.4), choice=None)
     assert frame.impostors[0].stage == "warp"
     assert psnr(frame.passes["combined"], truth.passes["combined"]) > 20.0
 
