@@ -38,7 +38,7 @@ class DrawnImpostor:
     fill: bool = True
 
     def draw(self, device: Device, target: GBuffer, camera: Camera) -> None:
-        """Draw over what `target` holds."""
+        """Draw over what `target` holds. In a crossfade the new one fills what the old one does not show, from a texel farther back."""
         method = "sprite" if self.sprite else self.method
         if self.others:
             self._draw_views(device, target, camera)
@@ -47,6 +47,7 @@ class DrawnImpostor:
         self._draw_one(device, target, camera, self.textures, method=method, fade=fade)
         if self.old is not None and fade < 1.0:
             self._draw_one(device, target, camera, self.old, fade=fade, fade_rest=True)
+            self._draw_one(device, target, camera, self.textures, behind_texels=1.0)
 
     def _draw_views(self, device: Device, target: GBuffer, camera: Camera) -> None:
         """The nearest two dithered, the nearer the denser; then all of them a texel farther back, where that left holes."""

@@ -14,6 +14,7 @@ from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
 from addon.pipeline.gl_raw import live_objects
 from addon.pipeline.impostor_capture import capture, fingerprint
 from addon.pipeline.impostor_draw import draw_impostor
+from addon.pipeline.impostor_views import DrawnImpostor
 from addon.pipeline.readback import read_texture
 from tests import scenes
 from tests.maths.relief_rigs import corners, project_texels
@@ -69,6 +70,13 @@ class Rig:
         for impostor in impostors:
             draw_impostor(self.device, target, impostor, self.hull(), camera, **options)
         return self.read(target)
+
+    def shown(self, camera, drawn):
+        """(h, w) where a `DrawnImpostor` shows something."""
+        target = GBuffer(self.context, SIZE)
+        draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, ~self.rows)
+        drawn.draw(self.device, target, camera)
+        return self.read(target)[1][..., 0] > 0
 
     def read(self, target):
         images = read_texture(target.view_depth), read_texture(target.ids)
@@ -270,6 +278,21 @@ def test_a_crossfade_shares_the_pixels_between_old_and_new(on_gl):
     assert not (new & old).any()
     np.testing.assert_array_equal(new | old, whole)
     assert new.sum() / whole.sum() == pytest.approx(0.4, abs=0.05)
+
+
+def test_a_crossfade_shows_no_hole_where_the_new_texture_has_a_surface(on_gl):
+    def job(rig):
+        camera = orbit(0.6)
+        old, new = rig.capture(orbit(0.0)), rig.capture(orbit(0.55))
+        shown = [rig.shown(camera, DrawnImpostor(new, rig.hull(), False, "inverse", *fade)) for fade in ((1.0, None), (0.3, old))]
+        alone = rig.draw(camera, old)[1][..., 0] > 0
+        for impostor in (old, new):
+            impostor.release()
+        return *shown, alone
+
+    new, fading, old = on_gl(job)
+    assert (new & ~old).sum() >= 10
+    assert not (new & ~fading).any()
 
 
 def test_an_impostor_seen_from_behind_its_plane_is_refused_and_an_empty_or_too_large_one_never_made(on_gl):
