@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -51,7 +52,7 @@ class ImpostorChoice:
     `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `method`
     'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
     for the break-even (None: measured); `never_dearer` False draws impostors however cheap the geometry is. `exact` also computes
-    `edge_sum_px`.
+    the sums over all edges.
     `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
     object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
     `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`impostor_shadows.py`).
@@ -90,7 +91,8 @@ class ImpostorChoice:
 @dataclass(frozen=True, eq=False)
 class ImpostorReport:
     """One impostor in one frame. `errors` every predictor by name (empty without a texture), `size` texels, `triangles` it stands for.
-    `edges` what the predictors keep of the texture: its frame and critical points. `waits`: a later frame will capture it."""
+    `edges` what the predictors keep of the texture: its frame and critical points. `waits`: a later frame will capture it. `captures` made
+    in this frame, with those found wanting."""
 
     key: Hashable
     name: str
@@ -106,6 +108,7 @@ class ImpostorReport:
     triangles: int
     edges: ReliefEdges | None = None
     waits: bool = False
+    captures: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,6 +133,7 @@ class ImpostorLibrary:
         self._views: dict[Hashable, Views] = {}
         self._look = Sights()
         self._ahead = Ahead()
+        self._captures: Counter[Hashable] = Counter()
         self._parts: tuple[Scene | None, tuple[ImpostorGroup, ...], list[Part]] = (None, (), [])
         self._judged: tuple[DrawList | None, dict[Hashable, Hashable]] = (None, {})
 
@@ -141,6 +145,7 @@ class ImpostorLibrary:
         Groups no longer asked for lose their textures.
         """
         self._forget(set() if choice.fresh else {g.key for g in choice.groups})
+        self._captures.clear()
         parts = self._found(scene, choice.groups)
         states = [self._state(part, draw_list) for part in parts]
         view = _view(camera, size, choice, samples)
@@ -281,6 +286,7 @@ class ImpostorLibrary:
         """A new capture: from ahead of an eye that moves on, where that is good enough here, else from here."""
 
         def taken(frame: CaptureFrame) -> ImpostorTextures:
+            self._captures[key] += 1
             known = _known(worn, frame, choice) if renews else None
             return capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges, known=known)
 
@@ -341,6 +347,7 @@ class ImpostorLibrary:
             part.triangles,
             textures.edges if textures else None,
             action.waits,
+            self._captures[key],
         )
 
 
