@@ -96,8 +96,8 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "limit",
         "number",
         "Error Limit",
-        "Predicted error above which an impostor is captured anew, in the predictor's unit; with the edge sums the share of its pixels "
-        "that are wrong",
+        "Predicted error above which an impostor is captured anew, in the predictor's unit; with Edge Sum, fast or not, the share of its "
+        "pixels that are wrong",
         low=1e-6,
         high=1e9,
         soft=(0.005, 0.5),

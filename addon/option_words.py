@@ -100,6 +100,7 @@ PREDICTOR_WORDS = (
     ("Regions Corrected, Sum", "The sum of the corrected openings of 4 × 4 regions, pixels"),
     ("Regions Corrected, Largest", "The largest corrected opening of 4 × 4 regions, pixels"),
     ("Regions, Share", "The share of the 4 × 4 regions that open by more than a pixel"),
+    ("Edge Sum, as Written", "The pixels that open behind the depth edges and the outline: Σ max(0, (s_fg − s_bg)(p − e)·n)"),
     ("Edge Sum", "The pixels that come into view behind all depth edges, as a share of those covered: follows the truth best"),
     ("Edge Sum, Fast", "The edge sum from directional sums made at capture: nearly as good at a fixed cost"),
 )

@@ -49,7 +49,7 @@ def carried(edges: ReliefEdges, frame: CaptureFrame, texels: int) -> ReliefEdges
     if not texels:
         raise SceneError(EMPTY_TEXTURE)
     first = edges.gathered or edges
-    moved = _moved(first, frame)
+    moved, depth_edges = (_moved(first.frame, edges, frame) for edges in (first.edges, first.depth_edges))
     written, corrected = (
         _moved_pairs(first, np.vstack(pairs), frame)
         for pairs in ((first.whole_written, first.written), (first.whole_corrected, first.corrected))
@@ -57,7 +57,18 @@ def carried(edges: ReliefEdges, frame: CaptureFrame, texels: int) -> ReliefEdges
     sums, totals = directional_sums(frame, moved, first.choice.bins)
     contour = round(first.contour * _growth(first.frame, frame))
     whole = {"whole_written": written[0], "whole_corrected": corrected[0], "written": written[1:], "corrected": corrected[1:]}
-    return replace(first, frame=frame, edges=moved, sums=sums, totals=totals, texels=texels, contour=contour, gathered=first, **whole)
+    return replace(
+        first,
+        frame=frame,
+        edges=moved,
+        depth_edges=depth_edges,
+        sums=sums,
+        totals=totals,
+        texels=texels,
+        contour=contour,
+        gathered=first,
+        **whole,
+    )
 
 
 def _axes_agree(first: CaptureFrame, second: CaptureFrame) -> bool:
@@ -72,22 +83,22 @@ def _growth(old: CaptureFrame, new: CaptureFrame) -> float:
     return float(np.linalg.norm(seen[1] - seen[0]))
 
 
-def _moved(first: ReliefEdges, frame: CaptureFrame) -> np.ndarray:
-    """(E, 8) the edges of `first` in another frame, without those that have opened there and had a rest."""
-    middle, normal, rest = first.edges[:, :2], first.edges[:, 2:4], first.edges[:, 6]
+def _moved(old: CaptureFrame, edges: np.ndarray, frame: CaptureFrame) -> np.ndarray:
+    """(E, 8) edges of the frame `old` in another, without those that have opened there and had a rest."""
+    middle, normal, reliefs, rest = edges[:, :2], edges[:, 2:4], edges[:, 4:6].T, edges[:, 6]
     half = normal * rest[:, None] / 2.0
     (near_uv, near), (far_uv, far) = (
-        frame.texels(first.frame.points_ws(middle + end, relief)) for end, relief in ((-half, first.edges[:, 4]), (half, first.edges[:, 5]))
+        frame.texels(old.points_ws(middle + end, relief)) for end, relief in zip((-half, half), reliefs, strict=True)
     )
     tangent = normal[:, ::-1] * [-0.5, 0.5]
     lengths = [
-        np.linalg.norm(np.subtract(*(frame.texels(first.frame.points_ws(middle + side * tangent, relief))[0] for side in (-1, 1))), axis=1)
-        for relief in first.edges[:, 4:6].T
+        np.linalg.norm(np.subtract(*(frame.texels(old.points_ws(middle + side * tangent, relief))[0] for side in (-1, 1))), axis=1)
+        for relief in reliefs
     ]
     apart = ((far_uv - near_uv) * normal).sum(axis=1)
     is_step = rest == 0.0
     place = np.where(is_step[:, None], near_uv, (near_uv + far_uv) / 2.0)
-    weight = first.edges[:, 7] * (lengths[0] + lengths[1]) / 2.0
+    weight = edges[:, 7] * (lengths[0] + lengths[1]) / 2.0
     moved = np.column_stack([place, normal, near, far, np.where(is_step, 0.0, apart), weight])
     return moved[is_step | (apart > 0.0)]
 

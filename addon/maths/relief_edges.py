@@ -13,7 +13,7 @@ Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,7 +46,8 @@ class EdgeChoice:
 class ReliefEdges:
     """One texture's precomputation.
 
-    `edges` (E, 8) pairs across depth edges, with rest and weight. `written` (R, 6) the critical pair of each region as RI takes it (both
+    `edges` (E, 8) pairs across depth edges, with rest and weight; `depth_edges` (D, 8) those of the definition, rest 0: the steps on the
+    object, and its outline with the back of the part seen. `written` (R, 6) the critical pair of each region as RI takes it (both
     texels on the object), `corrected` (R, 6) the same with the object's outline included; regions without one hold `NO_PAIR`.
     `whole_written`, `whole_corrected` (6,) the critical pair of the texture.
     `sums` (4, bins, N), `totals` (4, bins, 4): the directional sums of the classes (u, +), (u, −), (v, +), (v, −), strip by strip: with g
@@ -58,6 +59,7 @@ class ReliefEdges:
 
     frame: CaptureFrame
     edges: np.ndarray
+    depth_edges: np.ndarray
     written: np.ndarray
     corrected: np.ndarray
     whole_written: np.ndarray
@@ -102,7 +104,8 @@ def relief_edges(
         raise SceneError("The impostor's depth holds values that are not finite: capture it again.")
     axes = [_AxisSteps.along(frame, depth, last, mask, axis, choice.edge_texels) for axis in (0, 1)]
     steps, outline = (np.concatenate([axis.pairs(*at(axis)) for axis in axes]) for at in (lambda a: a.edges, lambda a: a.outline))
-    edges = [np.column_stack([steps, np.zeros(len(steps)), np.ones(len(steps))])]
+    own_back = np.concatenate([axis.outline_before(back) for axis in axes])
+    edges = [_at_rest(steps)]
     edges.append(behind_the_outline(frame, depth, back, last, mask, outline))
     if back_m is not None:
         edges.append(_ends_of_the_hidden(frame, depth, back, mask, steps))
@@ -110,6 +113,7 @@ def relief_edges(
     return ReliefEdges(
         frame,
         edges,
+        np.concatenate([edges[: len(steps)], _at_rest(own_back[own_back[:, 4] != own_back[:, 5]])]),
         _largest(axes, choice.regions, with_outline=False),
         _largest(axes, choice.regions, with_outline=True),
         _largest(axes, (1, 1), with_outline=False)[0],
@@ -166,6 +170,10 @@ class _AxisSteps:
         place = (columns + 1.0, rows + 0.5, sign, zero) if self.axis == 0 else (rows + 0.5, columns + 1.0, zero, sign)
         return np.stack([*place, *(relief_from_depth(self.frame.source, d) for d in depths)], axis=-1)
 
+    def outline_before(self, image: np.ndarray) -> np.ndarray:
+        """(P, 6) the outline's pairs with the depths of an image (h, w) as their background."""
+        return replace(self, last=image if self.axis == 0 else image.T).pairs(*self.outline)
+
     def with_outline(self) -> np.ndarray:
         """`step` with those of `outline_edges`."""
         rows, columns = self.outline_edges
@@ -173,6 +181,11 @@ class _AxisSteps:
         step = self.step.copy()
         step[rows, columns] = self.last[on] - self.depth[on]
         return step
+
+
+def _at_rest(pairs: np.ndarray) -> np.ndarray:
+    """(P, 8) edges of a texel's length without a rest."""
+    return np.column_stack([pairs, np.zeros(len(pairs)), np.ones(len(pairs))])
 
 
 def _slope(signed: np.ndarray, rows: np.ndarray, columns: np.ndarray, texel_m: float) -> np.ndarray:

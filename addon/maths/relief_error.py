@@ -8,7 +8,8 @@ Every predictor works on what `relief_edges.py` gathered at capture, for one tex
 | `critical_px` | its opening beyond rest along its own axis, pixels | corrected: vertical pairs right, folds and shear not counted |
 | `regions_sum`, `regions_max` | sum and largest of RI's E over N×M critical pairs | RI §5.6 as written |
 | `regions_sum_px`, `regions_max_px`, `regions_share` | the same of the corrected form; share of regions that open by more than a pixel | |
-| `edge_sum_px` | pixels that open behind all depth edges, `Σ max(0, (s_fg − s_bg)(p − e)·n)` in the image | research/impostors.md §6 |
+| `edge_written_px` | pixels that open behind depth edges and outline, `Σ max(0, (s_fg − s_bg)(p − e)·n)` | research/impostors.md §6 |
+| `edge_sum_px` | the same with what turns up from behind the outline, and what thin parts hide taken off | our own |
 | `edge_fast_px` | the edge sum with one depth for all edges, from directional sums, O(1) per texture | the same |
 
 An eye from which the warp does not exist (behind the plane) gives infinity everywhere.
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -33,9 +35,12 @@ PREDICTORS = (
     "regions_sum_px",
     "regions_max_px",
     "regions_share",
+    "edge_written_px",
     "edge_sum_px",
     "edge_fast_px",
 )
+EXACT = ("edge_written_px", "edge_sum_px")
+"""Those that go through all edges: their cost grows with their number."""
 OPENS_PX = 1.0
 """A region counts in `regions_share` when its critical pair opens by more than this."""
 
@@ -43,7 +48,7 @@ OPENS_PX = 1.0
 @dataclass(frozen=True, eq=False)
 class ReliefSet:
     """T textures' precomputations stacked for `predict`. T leads, but `written` and `corrected` are (6, T, 1 + R), the whole texture's pair
-    first; `edges` are concatenated and `edge_owner` says whose they are."""
+    first."""
 
     world_from_plane: np.ndarray
     plane_from_world: np.ndarray
@@ -56,17 +61,25 @@ class ReliefSet:
     totals: np.ndarray
     unit: np.ndarray
     texels: np.ndarray
-    edges: np.ndarray
-    edge_owner: np.ndarray
+    members: tuple[ReliefEdges, ...]
 
     def __len__(self) -> int:
         return len(self.source)
+
+    @cached_property
+    def edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """All edges (E, 8) one after the other, and whose each is (E,)."""
+        return _joined([m.edges for m in self.members])
+
+    @cached_property
+    def depth_edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """The same of the depth edges."""
+        return _joined([m.depth_edges for m in self.members])
 
 
 def relief_set(members: Sequence[ReliefEdges]) -> ReliefSet:
     """Stack precomputations that were made with the same `EdgeChoice`."""
     frames = [m.frame for m in members]
-    counts = [len(m.edges) for m in members]
     return ReliefSet(
         world_from_plane=np.stack([f.world_from_plane for f in frames]),
         plane_from_world=np.stack([f.plane_from_world for f in frames]),
@@ -79,9 +92,13 @@ def relief_set(members: Sequence[ReliefEdges]) -> ReliefSet:
         totals=np.stack([m.totals for m in members]),
         unit=np.array([shift_unit(f) for f in frames]),
         texels=np.array([m.texels for m in members], float),
-        edges=np.concatenate([m.edges for m in members]),
-        edge_owner=np.repeat(np.arange(len(members)), counts),
+        members=tuple(members),
     )
+
+
+def _joined(rows: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(rows one after the other, whose each is)."""
+    return np.concatenate(rows), np.repeat(np.arange(len(rows)), [len(r) for r in rows])
 
 
 def _columns(pairs: list[np.ndarray]) -> np.ndarray:
@@ -94,7 +111,7 @@ def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: b
 
     `covered_px` are the pixels that the texture's texels would cover lying on its plane.
 
-    `exact=False` leaves out `edge_sum_px`, whose cost grows with the number of edges.
+    `exact=False` leaves out those of `EXACT`.
     """
     view = _View.of(textures, camera, size)
     written = _written(view, textures.written)
@@ -111,7 +128,7 @@ def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: b
         "covered_px": _covered_px(view, textures),
     }
     if exact:
-        out["edge_sum_px"] = _edge_sum_px(view, textures)
+        out |= {name: _edge_sum_px(view, *edges) for name, edges in zip(EXACT, (textures.depth_edges, textures.edges), strict=True)}
     return {name: np.where(view.valid, value, np.inf) for name, value in out.items()}
 
 
@@ -196,10 +213,9 @@ def _opening_px(view: _View, pairs: np.ndarray) -> np.ndarray:
     return stretch * np.hypot(d_x - d_w * x / w, d_y - d_w * y / w) / np.where(end > 0.0, end, 1.0)
 
 
-def _edge_terms(view: _View, textures: ReliefSet) -> np.ndarray:
-    """(E,) signed pixels that open behind each edge: width
-    `max(0, (s_fg − s_bg)(p − e)·n − rest·(s_fg + s_bg)/2)` times one texel of length."""
-    edges, owner = textures.edges, textures.edge_owner
+def _edge_terms(view: _View, edges: np.ndarray, owner: np.ndarray) -> np.ndarray:
+    """(E,) signed pixels that open behind each edge (E, 8): width
+    `max(0, (s_fg − s_bg)(p − e)·n − rest·(s_fg + s_bg)/2)` times its texels of length."""
     K = view.K[owner]
     uv, near, far, rest = edges[:, :2], edges[:, 4], edges[:, 5], edges[:, 6]
     along = ((K[:, :2] - uv * K[:, 2:]) * edges[:, 2:4]).sum(axis=1)
@@ -210,9 +226,9 @@ def _edge_terms(view: _View, textures: ReliefSet) -> np.ndarray:
     )
 
 
-def _edge_sum_px(view: _View, textures: ReliefSet) -> np.ndarray:
+def _edge_sum_px(view: _View, edges: np.ndarray, owner: np.ndarray) -> np.ndarray:
     """(T,) sums of `_edge_terms`."""
-    return np.maximum(0.0, np.bincount(textures.edge_owner, _edge_terms(view, textures), minlength=len(textures)))
+    return np.maximum(0.0, np.bincount(owner, _edge_terms(view, edges, owner), minlength=len(view.K)))
 
 
 def _edge_fast_px(view: _View, textures: ReliefSet) -> np.ndarray:

@@ -24,6 +24,7 @@ LIMITS = {
     "regions_sum_px": 60.0,
     "regions_max_px": 12.0,
     "regions_share": 0.6,
+    "edge_written_px": 1000.0,
     "edge_sum_px": 0.02,
     "edge_fast_px": 0.02,
 }

@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import SceneError
 from ..maths.relief import CaptureFrame, pixel_from_clip
 from ..maths.relief_beta import Betas, BoundsSet, betas_of_set, bounds_set
-from ..maths.relief_error import ReliefSet, predict, relief_set
+from ..maths.relief_error import EXACT, ReliefSet, predict, relief_set
 from ..maths.relief_frame import CaptureChoice, box_area, capture_frame, tilt_rad
 from ..maths.relief_life import SHARED, LifeSettings, Sight, share_wrong
 from ..maths.view import Camera
@@ -197,7 +197,7 @@ class Sights:
         if self._stacked is None or self._stacked[0] != marks:
             hulls = bounds_set([t.frame for _, t in live], [p.hull_ws for p, _ in live])
             self._stacked = marks, relief_set([t.edges for _, t in live]), hulls, _Boxes.of(live)
-        exact = view.exact or view.life.predictor == "edge_sum_px"
+        exact = view.exact or view.life.predictor in EXACT
         _, textures, hulls, boxes = self._stacked
         errors = predict(textures, view.camera, view.size, exact)
         return errors, *betas_of_set(hulls, view.camera, view.size), boxes.shrunk(view, errors["covered_px"] / textures.texels)
