@@ -30,7 +30,7 @@ CONTINUOUS_TEXELS = 1.0
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` RG32F and `windows` RGBA32F say at which depths a square of texels can be met (`impostor_tiles.py`), `nearest` from which any.
+    `tiles` RGB32F and `windows` RGBA32F say at which depths a square of texels can be met (`impostor_tiles.py`), `nearest` from which any.
     `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows
     something; `content_uv` (2, 2) the smallest and largest (u, v) of those that do.
     """

@@ -19,21 +19,23 @@ TILE, WINDOW = 2 * STRIDE, 4 * STRIDE
 def tiles_and_windows(layers: np.ndarray, continuous: float) -> tuple[np.ndarray, np.ndarray]:
     """The grids of texels (h, w, 4) as in `impostor_texels.py`, float32; `continuous`: steps of |relief| up to this are one surface.
 
-    Tile (j, i), of (⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2, 2), begins at texel TILE·(i − 1): no front surface in it lies nearer than the first, its
-    slopes included; behind the second a ray meets neither a surface nor a back (nor a neighbour's, as edge texels show them). `EMPTY` and
-    −1 where there is nothing. Window (j, i), of (⌈h/STRIDE⌉ + 5, ⌈w/STRIDE⌉ + 5, 4), begins at STRIDE·i − WINDOW: likewise; then the depth
-    by which every ray over it has met the front, if that is one surface without edges, gaps and steps, else `EMPTY`; the steepest slope
-    there, |da/du| + |da/dv|.
+    Tile (j, i), of (⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2, 3), begins at texel TILE·(i − 1): the depth of the nearest front surface in it or in the
+    texels round it, slopes included; that behind which a ray meets neither a surface nor a back (nor a neighbour's, as edge texels show
+    them); that of the nearest in it. `EMPTY` and −1 where there is nothing. Window (j, i), of (⌈h/STRIDE⌉ + 5, ⌈w/STRIDE⌉ + 5, 4), begins
+    at STRIDE·i − WINDOW: that of the nearest; that behind which nothing is met; that by which every ray over it has met the front, if the
+    front is one surface without edges, gaps and steps, else `EMPTY`; the steepest slope there, |da/du| + |da/dv|.
     """
     front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1]) + np.abs(layers[..., 2])
+    nearer = 0.5 * slopes - front
     behind = np.where(front < EMPTY, np.maximum(layers[..., 3], front + 2.0 * slopes + continuous), np.float32(-1.0))
     far = np.where(_is_smooth(layers, continuous), front + 0.5 * slopes, EMPTY)
-    kinds = (0.5 * slopes - front, -EMPTY, 0), (behind, -1.0, 1), (far, EMPTY, 0), (slopes, 0.0, 0)
-    squares = np.stack([_largest(*kind) for kind in kinds], axis=-1)
-    pairs = _of_neighbours(squares, 1)
-    rows, columns = (2 * (-(-n // TILE) + 2) for n in layers.shape[:2])
-    sign = np.float32([-1.0, 1.0, 1.0, 1.0])
-    return pairs[2 : rows + 2 : 2, 2 : columns + 2 : 2, :2] * sign[:2], _of_neighbours(pairs, 2) * sign
+    kinds = (nearer, -EMPTY, 1), (behind, -1.0, 1), (nearer, -EMPTY, 0), (far, EMPTY, 0), (slopes, 0.0, 0)
+    pairs = _of_neighbours(np.stack([_largest(*kind) for kind in kinds], axis=-1), 1)
+    rows, columns = (-(-n // TILE) for n in layers.shape[:2])
+    rim = WINDOW // STRIDE
+    tiles = np.full((rows + 2, columns + 2, 3), (EMPTY, -1.0, EMPTY), np.float32)
+    tiles[1:-1, 1:-1] = pairs[rim : rim + 2 * rows : 2, rim : rim + 2 * columns : 2, :3] * np.float32([-1.0, 1.0, -1.0])
+    return tiles, _of_neighbours(pairs[..., [2, 1, 3, 4]], 2) * np.float32([-1.0, 1.0, 1.0, 1.0])
 
 
 def _is_smooth(layers: np.ndarray, continuous: float) -> np.ndarray:

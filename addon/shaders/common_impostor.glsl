@@ -9,17 +9,16 @@ uniform vec3 u_warp;                // K1, K2, K3 with the sign that relief has 
 ivec2 texel_at(ivec2 cell) { return ivec2(cell.x, u_size.y - 1 - cell.y); }  // v runs downwards, GL's rows upwards
 bool is_outside(ivec2 cell) { return any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, u_size)); }
 
-vec4 layers_at(ivec2 cell) { return is_outside(cell) ? vec4(EMPTY, 0.0, 0.0, -1.0) : texelFetch(u_layers, texel_at(cell), 0); }
+const vec4 NOTHING = vec4(EMPTY, 0.0, 0.0, -1.0);
+
+vec4 layers_at(ivec2 cell) { return is_outside(cell) ? NOTHING : texelFetch(u_layers, texel_at(cell), 0); }
 
 bool is_empty(vec4 layers) { return layers.x >= EMPTY; }
 bool is_edge(vec4 layers) { return layers.x < 0.0; }
 float front_at(vec4 layers, ivec2 cell, vec2 uv) { return abs(layers.x) + dot(layers.yz, uv - (vec2(cell) + 0.5)); }
 
-// Offset of the neighbour that a code 0...8 names: 0 the texel itself, then row by row.
-ivec2 neighbour(uint code) {
-    int place = code == 0u ? 4 : int(code) - (code <= 4u ? 1 : 0);
-    return ivec2(place % 3, place / 3) - 1;
-}
+// Offset of the neighbour that a code 0...8 names: 0 the texel itself, then row by row. The numbers hold the offsets + 1, two bits a code.
+ivec2 neighbour(uint code) { return ivec2((uvec2(149649u, 173313u) >> (2u * code)) & 3u) - 1; }
 
 uint codes_of(vec4 layers) { return (floatBitsToUint(layers.y) & 255u) | ((floatBitsToUint(layers.z) & 255u) << 8); }
 

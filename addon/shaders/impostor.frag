@@ -3,10 +3,8 @@
 #define INVERSE 0
 #define SPRITE 1
 #define PREWARPED 2
-flat in float v_begin;               // depth before which no ray here meets a surface
 uniform sampler2D u_both_normals;   // of the front, of the back
 uniform usampler2D u_both_ids;      // likewise
-uniform sampler2D u_tiles;          // of every square of TILE × TILE texels, v downwards, with an empty rim: nearest and farthest depth met
 uniform mat4 u_clip_from_texel;
 uniform vec4 u_view_depth_from_texel;
 uniform float u_source_w;           // 1 + u_source_w a is the w of a texel's point in plane coordinates
