@@ -12,8 +12,9 @@ from addon.maths.relief_beta import betas
 from addon.maths.relief_frame import capture_frame
 from addon.maths.relief_life import LifeSettings
 from addon.maths.relief_picture import psnr_db
+from addon.maths.view import Camera
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, ImpostorReport, library_of
 from addon.pipeline.renderer import Renderer
 from addon.pipeline.scene import Instances, Mesh, Scene
 from addon.pipeline.settings import Settings
@@ -27,10 +28,15 @@ SETTINGS = Settings().replaced(fit={"kind": "scene", "size": MAP}, partition={"k
 
 @dataclass(frozen=True)
 class Film:
-    """Pictures (side, side, 3) float32 and silhouettes (side, side) of an orbit's frames, and each frame's stage (none for geometry)."""
+    """Pictures (side, side, 3) float32 and silhouettes (side, side) of a path's frames, and each frame's report (none for geometry)."""
 
     frames: list[tuple[np.ndarray, np.ndarray]]
-    stages: list[str]
+    reports: list[ImpostorReport]
+
+    @property
+    def stages(self) -> list[str]:
+        """What was done in each frame."""
+        return [report.stage for report in self.reports]
 
     def differences(self) -> np.ndarray:
         """Mean absolute difference of every frame from the one before."""
@@ -38,19 +44,24 @@ class Film:
 
 
 def film(renderer: Renderer, scene: Scene, degrees: Sequence[int], choice: ImpostorChoice | None) -> Film:
-    """An orbit at 20° above and 8 radii, with shadows, `SIDE`² pixels of 2 × 2 samples."""
+    """An orbit at 20° above and 8 radii."""
+    stage = Stage(None, scene)
+    return filmed(renderer, scene, [stage.camera(angle, 20, 8.0) for angle in degrees], choice)
+
+
+def filmed(renderer: Renderer, scene: Scene, cameras: Sequence[Camera], choice: ImpostorChoice | None) -> Film:
+    """A path with shadows, `SIDE`² pixels of 2 × 2 samples."""
     renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
-    stage, frames, stages = Stage(None, scene), [], []
+    stage, frames, reports = Stage(None, scene), [], []
     blocks = (SIDE, 2, SIDE, 2)
-    for angle in degrees:
-        camera = stage.camera(angle, 20, 8.0)
+    for camera in cameras:
         frame = renderer.render(
             scene, camera, stage.sun(), SETTINGS, (2 * SIDE, 2 * SIDE), ("combined", "object"), measure=False, impostors=choice
         )
         picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(*blocks, 3).mean(axis=(1, 3)).astype(np.float32)
         frames.append((picture, (frame.passes["object"] >= 0).reshape(blocks).any(axis=(1, 3))))
-        stages += [r.stage for r in frame.impostors]
-    return Film(frames, stages)
+        reports += frame.impostors
+    return Film(frames, reports)
 
 
 @lru_cache(maxsize=1)

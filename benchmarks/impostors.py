@@ -5,6 +5,7 @@
     orbit        360° at 1° steps round each model, automatic, as the program does it by default: worst frame, jumps at renewals
     life         the same with sprites alone and with several predictors, for three of the models
     shadows      shadows on a floor cast by impostors against those of the triangles
+    approach     three of the models approached from 16 to 3 radii: renewals that carry the predictors' edges over, against all anew
     speed        an impostor against its geometry, drawn in turn, and 200 predictions
 
 Results go to benchmarks/results/impostors-*.json model by model; `--resume` leaves out those already there. `write` (done at the end of
@@ -26,14 +27,14 @@ from addon.maths.relief_picture import picture_errors
 from addon.pipeline.context import GpuWorker
 from addon.pipeline.device import device_of
 from addon.pipeline.renderer import Renderer
-from benchmarks import impostor_films, impostor_tables
+from benchmarks import impostor_approach, impostor_films, impostor_tables
 from benchmarks.impostor_stage import MODELS, Stage, ball_scene, load
 
 SIZE = 240
 ANGLES, RADII = (0, 5, 10, 20, 30, 45, 60), (3.0, 8.0, 16.0)
 LIFE_MODELS = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.glb")
 FILMS = {"orbit": impostor_films.orbit, "life": impostor_films.life}
-TABLES = ("predictors", "pictures", "orbit", "life", "shadows", "speed")
+TABLES = ("predictors", "pictures", "orbit", "life", "shadows", "approach", "speed")
 
 
 def predictors(stage: Stage, name: str) -> list[dict]:
@@ -143,7 +144,7 @@ def main() -> None:
     for name in chosen.models:
         for kind in tables:
             done = {row.get("model") for row in impostor_tables.kept(kind)} if chosen.resume else set()
-            if kind != "speed" and name not in done and (kind != "life" or name in LIFE_MODELS):
+            if kind != "speed" and name not in done and (kind not in ("life", "approach") or name in LIFE_MODELS):
                 print(kind, name, flush=True)
                 impostor_tables.keep(kind, _rows(worker, renderer, chosen, kind, name))
     worker.close()
@@ -154,6 +155,8 @@ def _rows(worker: GpuWorker, renderer: Renderer, chosen: argparse.Namespace, kin
     """One model's rows of a table."""
     if kind in FILMS:
         return FILMS[kind](renderer, name, chosen.degrees)
+    if kind == "approach":
+        return impostor_approach.approach(renderer, name)
     if kind == "shadows":
         return impostor_films.shadows(renderer, name)
     measure = {"predictors": predictors, "pictures": lambda stage, n: pictures(stage, n, chosen.radii)}[kind]
