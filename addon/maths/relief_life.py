@@ -25,8 +25,8 @@ LIMITS = {
     "regions_max_px": 12.0,
     "regions_share": 0.6,
     "edge_written_px": 1000.0,
-    "edge_sum_px": 0.02,
-    "edge_fast_px": 0.02,
+    "edge_sum_px": 0.0175,
+    "edge_fast_px": 0.0175,
 }
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 TOO_FINE = "finer than its texels"
@@ -60,8 +60,8 @@ class LifeSettings:
     hysteresis: float = 0.7
     waiting: float = 1.5
     opening: float = 0.28
-    resampling: float = 0.05
-    turning: float = 0.05
+    resampling: float = 0.03
+    turning: float = 0.07
     finest: float = 0.3
     regenerations: int = 1
     memory_bytes: int = 256 << 20
@@ -90,14 +90,15 @@ class LifeSettings:
         return LIMITS[self.predictor] if self.limit is None else self.limit
 
 
-def share_wrong(openings: float, contours: float, turned_rad: float, shrunk: float, settings: LifeSettings) -> float:
-    """The share of an impostor's pixels that are wrong, by the edge sums: `(a·openings + b·contours + c·tan(turn)) / shrunk`.
+def share_wrong(openings: float, contours: float, turned_rad: float, resized: float, settings: LifeSettings) -> float:
+    """The share of an impostor's pixels that are wrong, by the edge sums: `(a·openings + b·contours + c·tan(turn)) / min(r, 1)²`.
 
-    `openings` in shares of the pixels covered at capture, `contours` per texel, `shrunk` the object's image over that at capture (by its
-    bounds, at the same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`.
+    `openings` in shares of the pixels covered at capture, `contours` per texel, `resized` r the object's image over that at capture (by
+    its bounds, at the same distance): where less is seen of it, what is wrong, at its edges above all, stays. a, b, c: `settings`.
+    Fitted to pictures (docs/findings.md).
     """
     turn = tan(min(turned_rad, settings.max_tilt_rad))
-    return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / shrunk
+    return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / min(resized, 1.0) ** 2
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,7 @@ def test_an_eye_that_moves_on_is_met_ahead_so_that_fewer_captures_hold_the_same_
     captures = {}
     for ahead in (0.0, 0.8):
         film.empty()
-        rules = LifeSettings(limit=0.02, ahead=ahead)
+        rules = LifeSettings(ahead=ahead)
         shown = [film(orbit(angle), replace(ALL, life=rules)).impostors[0] for angle in np.arange(0.0, 1.0, 0.02)]
         captures[ahead] = sum(r.stage == "regenerated" for r in shown)
         assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
@@ -71,7 +71,7 @@ def test_an_eye_that_moves_on_is_met_ahead_so_that_fewer_captures_hold_the_same_
 
 
 def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(film, renderer):
-    rules = replace(ALL, life=LifeSettings(limit=0.02))
+    rules = replace(ALL, life=LifeSettings())
     turned = []
     for angle in np.arange(0.0, 1.0, 0.02):
         frame = film(orbit(angle), rules)
@@ -85,7 +85,7 @@ def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(fil
 def test_a_capture_from_ahead_that_would_be_wrong_here_is_made_from_here(film, renderer, monkeypatch):
     """No texture holds from a radian ahead."""
     monkeypatch.setattr(impostor_ahead, "ahead_of", lambda worn, before, camera, centre, share: camera.carried(centre, 1.0))
-    rules = replace(ALL, life=LifeSettings(limit=0.02))
+    rules = replace(ALL, life=LifeSettings())
     for angle in np.arange(0.0, 0.6, 0.02):
         if film(orbit(angle), rules).impostors[0].stage == "regenerated":
             textures = renderer.worker.call(lambda c: library_of(device_of(c, renderer.worker)).textures("parts"))
