@@ -31,14 +31,14 @@ class Betas:
 
 @dataclass(frozen=True, eq=False)
 class BoundsSet:
-    """The bounds of T textures' objects as their planes see them: what `betas_of_set` needs, gathered once.
+    """The bounds of T textures' objects as their planes see them, T last: what `betas_of_set` needs, gathered once.
 
-    `points`, `shown` (T, n, 3): the corners and where the sprite shows them, in metres along the plane's axes; `rest` (T, 4) the eye at
-    capture, `middle` (T, 3) the quad's, likewise.
+    `points`, `shown` (3, n, T): the corners and where the sprite shows them, in metres along the plane's axes; `rest` (4, T) the eye at
+    capture, `middle` (3, T) the quad's, likewise, and so is what `metres_from_world` (4, 4, T), transposed, leads to; `texel` (T,) metres.
     """
 
-    plane_from_world: np.ndarray
-    metres: np.ndarray
+    metres_from_world: np.ndarray
+    texel: np.ndarray
     rest: np.ndarray
     middle: np.ndarray
     points: np.ndarray
@@ -47,16 +47,17 @@ class BoundsSet:
 
 def bounds_set(frames: Sequence[CaptureFrame], hulls_ws: Sequence[np.ndarray]) -> BoundsSet:
     """Stack textures; their hulls (n, 3) must have equally many points."""
-    metres = np.array([[f.texel_m, f.texel_m, 1.0] for f in frames])
+    texel = np.array([f.texel_m for f in frames])
+    metres = np.stack([texel, texel, np.ones_like(texel), np.ones_like(texel)])
     pairs = [_true_and_shown(f, hull) for f, hull in zip(frames, hulls_ws, strict=True)]
-    scale = np.column_stack([metres, np.ones(len(frames))])
+    points, shown = (np.stack([pair[i].T for pair in pairs], axis=-1) for i in (0, 1))
     return BoundsSet(
-        scale[:, :, None] * np.stack([f.plane_from_world for f in frames]),
-        metres,
-        scale * np.stack([f.eye for f in frames]),
-        metres * np.stack([[*f.centre_uv, 0.0] for f in frames]),
-        metres[:, None] * np.stack([true for true, _ in pairs]),
-        metres[:, None] * np.stack([shown for _, shown in pairs]),
+        metres * np.stack([f.plane_from_world.T for f in frames], axis=-1),
+        texel,
+        metres * np.stack([f.eye for f in frames], axis=-1),
+        metres[:3] * np.stack([[*f.centre_uv, 0.0] for f in frames], axis=-1),
+        metres[:3, None] * points,
+        metres[:3, None] * shown,
     )
 
 
@@ -64,18 +65,18 @@ def betas_of_set(bounds: BoundsSet, camera: Camera, size: tuple[int, int]) -> tu
     """`betas` and (T,) tilts (the angle by which the view of each quad's centre has turned since its capture, 0…π) of all textures."""
     far = camera.is_orthographic
     eye_ws = np.append(-camera.direction_ws, 0.0) if far else np.append(camera.eye_ws, 1.0)
-    eye, rest = bounds.plane_from_world @ eye_ws, bounds.rest
-    then, now = (e[:, :3] - e[:, 3:] * bounds.middle for e in (rest, eye))
-    tilt = np.arctan2(np.linalg.norm(np.cross(then, now), axis=1), (then * now).sum(axis=1))
-    screen, before = beta_screen(camera, size), eye[:, 2] < 0.0
+    rest, count = bounds.rest, len(bounds.texel)
+    eye = (eye_ws @ bounds.metres_from_world.reshape(4, -1)).reshape(4, count)
+    then, now = (e[:3] - e[3] * bounds.middle for e in (rest, eye))
+    screen, before = beta_screen(camera, size), eye[2] < 0.0
     total = _largest(bounds, eye)
-    parallel, normal = (np.column_stack([a[:, :2], b[:, 2], np.full(len(eye), eye_ws[3])]) for a, b in ((eye, rest), (rest, eye)))
-    both_near = (rest[:, 3] != 0.0) & (not far)
+    parallel, normal = (np.stack([a[0], a[1], b[2], np.full(count, eye_ws[3])]) for a, b in ((eye, rest), (rest, eye)))
+    both_near = (rest[3] != 0.0) & (not far)
     trans_p = np.where(both_near, _largest(bounds, parallel), total)
     trans_n = np.where(both_near, _largest(bounds, normal), 0.0)
-    texel = bounds.metres[:, 0] / (1.0 if far else np.linalg.norm(now, axis=1))
+    texel = bounds.texel / (1.0 if far else _length(now))
     columns = [np.where(before, x, np.inf).tolist() for x in (trans_p, trans_n, total, texel)]
-    return [Betas(screen, *values) for values in zip(*columns, strict=True)], tilt
+    return [Betas(screen, *values) for values in zip(*columns, strict=True)], _angle(then, now)
 
 
 def betas(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera, size: tuple[int, int]) -> Betas:
@@ -103,9 +104,22 @@ def _true_and_shown(frame: CaptureFrame, hull_ws: np.ndarray) -> tuple[np.ndarra
 
 
 def _largest(bounds: BoundsSet, eye: np.ndarray) -> np.ndarray:
-    """(T,) largest angle between `points` and `shown` from `eye` (T, 4); largest distance across the view for eyes at infinity."""
-    if not eye[:, 3].any():
-        towards = eye[:, :3] / np.linalg.norm(eye[:, :3], axis=1, keepdims=True)
-        return np.linalg.norm(np.cross(bounds.points - bounds.shown, towards[:, None]), axis=2).max(axis=1)
-    a, b = bounds.points - eye[:, None, :3], bounds.shown - eye[:, None, :3]
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=2), (a * b).sum(axis=2)).max(axis=1)
+    """(T,) largest angle between `points` and `shown` from `eye` (4, T); largest distance across the view for eyes at infinity."""
+    if not eye[3].any():
+        return _length(_cross(bounds.points - bounds.shown, (eye[:3] / _length(eye[:3]))[:, None])).max(axis=0)
+    return _angle(bounds.points - eye[:3, None], bounds.shown - eye[:3, None]).max(axis=0)
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(…) 0…π between vectors (3, …)."""
+    return np.arctan2(_length(_cross(a, b)), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The components (…) of the cross products of vectors (3, …)."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _length(a: Sequence[np.ndarray]) -> np.ndarray:
+    """(…) of vectors given by their three components."""
+    return np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
