@@ -110,14 +110,15 @@ def relief_edges(
     if back_m is not None:
         edges.append(_ends_of_the_hidden(frame, depth, back, mask, steps))
     edges = np.concatenate(edges)
+    written, corrected = (_largest(axes, choice.regions, with_outline=chosen) for chosen in (False, True))
     return ReliefEdges(
         frame,
         edges,
         np.concatenate([edges[: len(steps)], _at_rest(own_back[own_back[:, 4] != own_back[:, 5]])]),
-        _largest(axes, choice.regions, with_outline=False),
-        _largest(axes, choice.regions, with_outline=True),
-        _largest(axes, (1, 1), with_outline=False)[0],
-        _largest(axes, (1, 1), with_outline=True)[0],
+        written[1:],
+        corrected[1:],
+        written[0],
+        corrected[0],
         *directional_sums(frame, edges, choice.bins),
         int(mask.sum()),
         len(steps) + len(outline),
@@ -203,21 +204,28 @@ def _slope(signed: np.ndarray, rows: np.ndarray, columns: np.ndarray, texel_m: f
 
 
 def _largest(axes: list[_AxisSteps], regions: tuple[int, int], *, with_outline: bool) -> np.ndarray:
-    """(columns × rows, 6): the pair with the largest step in each region of RI §5.6 (the first of equals), row by row; `NO_PAIR` where
-    there is none. A pair lies where its midpoint does."""
-    out, best = np.tile(NO_PAIR, (regions[0] * regions[1], 1)), np.full(regions[0] * regions[1], -1.0)
+    """(1 + columns × rows, 6): the pair with the largest step (the first of equals) of the texture, then in each region of RI §5.6, row by
+    row; `NO_PAIR` where there is none. A pair lies where its midpoint does."""
+    count = regions[0] * regions[1]
+    best, found = np.full(count, -1.0), np.zeros((count, 3), int)
     for axis in axes:
         step = axis.with_outline() if with_outline else axis.step
         along = _strips(np.arange(1.0, step.shape[1] + 1.0), step.shape[1] + 1, regions[axis.axis])
         across = _strips(np.arange(0.5, step.shape[0]), step.shape[0], regions[1 - axis.axis])
         for i, j in np.ndindex(len(across), len(along)):
-            block = step[across[i], along[j]]
-            region = (i, j) @ np.array([regions[0], 1] if axis.axis == 0 else [1, regions[0]])
-            if not block.size or block.max() <= best[region]:
-                continue
-            best[region] = block.max()
-            row, column = np.unravel_index(block.argmax(), block.shape)
-            out[region] = axis.pairs(np.array([across[i].start + row]), np.array([along[j].start + column]))[0]
+            block = np.ascontiguousarray(step[across[i], along[j]])
+            if block.size:
+                row, column = divmod(int(block.argmax()), block.shape[1])
+                region = i * regions[0] + j if axis.axis == 0 else j * regions[0] + i
+                if block[row, column] > best[region]:
+                    best[region] = block[row, column]
+                    found[region] = axis.axis, across[i].start + row, along[j].start + column
+    first = np.lexsort((*found.T[::-1], -best))[0]
+    best, found = np.append(best[first], best), np.vstack([found[first], found])
+    out = np.tile(NO_PAIR, (1 + count, 1))
+    for axis in axes:
+        chosen = (best >= 0.0) & (found[:, 0] == axis.axis)
+        out[chosen] = axis.pairs(*found[chosen, 1:].T)
     return out
 
 

@@ -28,18 +28,18 @@ def behind_the_outline(
     is wider than the part is: then the negative end of the hidden follows, as behind a step (`_ends_of_the_hidden`).
     """
     place, stride, width = _lines_inwards(frame, depth, mask, outline)
-    line, x, first = _numbered(width)
-    inwards = place[line] + stride[line] * x
+    line, number, first = _numbered(width + 1)
+    is_texel, x = number > 0, np.maximum(number - 1.0, -0.5)
+    inwards = (place[line] + stride[line] * (number - 1))[is_texel]
     unit = shift_unit(frame)
-    behind, deep = (np.abs(relief_from_depth(frame.source, d.ravel()[inwards])) / unit for d in (back, last))
+    behind, inner = (np.abs(relief_from_depth(frame.source, d.ravel()[inwards])) / unit for d in (back, last))
     two = place[:, None] + stride[:, None] * np.stack([np.zeros_like(width), np.minimum(width - 1, 1)], axis=1)
     front, ends = (np.abs(relief_from_depth(frame.source, d.ravel()[two])) / unit for d in (depth, last))
     near, far = _at_the_outline(front, ends, width > 1)
-    line, x, deep = np.append(line, np.arange(len(width))), np.append(x, np.full(len(width), -0.5)), np.append(deep, far)
-    order = np.lexsort((x, line))
-    line, x, deep = line[order], x[order], deep[order]
+    deep = np.empty(len(line))
+    deep[is_texel], deep[first] = inner, far
     begin, end = hull_pieces(line, x, deep)
-    deepest, solid = far.copy(), np.maximum.reduceat(behind, first) if len(first) else far
+    deepest, solid = far.copy(), np.maximum.reduceat(behind, first - np.arange(len(first))) if len(first) else far
     np.maximum.at(deepest, line[end], deep[end])
     ended = np.flatnonzero((width <= WIDEST) & (solid < deepest))
     parts = (
