@@ -21,8 +21,13 @@ from addon.pipeline.settings import Settings
 from benchmarks.impostor_stage import Stage, load
 
 SIDE, MAP = 192, 1024
-SPRITE_ONLY = LifeSettings(limit=1e-9, waiting=1e9)
-LIVES = {"sprite only": SPRITE_ONLY} | {p: LifeSettings(predictor=p) for p in ("edge_fast_px", "critical", "regions_sum", "regions_max_px")}
+SPRITE_ONLY = LifeSettings(limit=1e-9, waiting=1e9, sprite_px=1.0, ahead=0.0)
+LIVES = {
+    "sprite only": SPRITE_ONLY,
+    "edge_fast_px": LifeSettings(),
+    "edge_fast_px, captured from the eye": LifeSettings(ahead=0.0),
+    "edge_fast_px, sprites up to a pixel (RI)": LifeSettings(sprite_px=1.0),
+} | {p: LifeSettings(predictor=p) for p in ("critical", "regions_sum", "regions_max_px")}
 SETTINGS = Settings().replaced(fit={"kind": "scene", "size": MAP}, partition={"kind": "none"}, shading={"samples": 1})
 
 
@@ -87,7 +92,8 @@ def lived(renderer: Renderer, name: str, degrees: int, life: LifeSettings) -> di
     return {
         "model": name,
         "frames": degrees,
-        "captures": shown.stages.count("regenerated"),
+        "captures": sum(r.captures for r in shown.reports),
+        "renewals": shown.stages.count("regenerated"),
         "geometry": shown.stages.count("geometry"),
         "sprite_deg": sprite_degrees(Stage(None, scene)),
         "psnr_min": min(quality),

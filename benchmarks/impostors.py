@@ -3,7 +3,7 @@
     predictors   every predictor against the pixels that a capture has really never seen
     pictures     sprite, forward warp, one layer, two layers, two captures against the geometry, 0…60°, 3…16 radii
     orbit        360° at 1° steps round each model, automatic, as the program does it by default: worst frame, jumps at renewals
-    life         the same with sprites alone and with several predictors, for three of the models
+    life         the first third of it with sprites alone, without captures ahead, with other predictors, for the models drawn as impostors
     shadows      shadows on a floor cast by impostors against those of the triangles
     approach     three of the models approached from 16 to 3 radii: renewals that carry the predictors' edges over, against all anew
     speed        an impostor against its geometry, drawn in turn, and 200 predictions
@@ -32,8 +32,9 @@ from benchmarks.impostor_stage import MODELS, Stage, ball_scene, load
 
 SIZE = 240
 ANGLES, RADII = (0, 5, 10, 20, 30, 45, 60), (3.0, 8.0, 16.0)
-LIFE_MODELS = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.glb")
-FILMS = {"orbit": impostor_films.orbit, "life": impostor_films.life}
+APPROACHED = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.glb")
+ONLY = {"life": (*APPROACHED, "robile_housing.obj", "amazing_hand.glb", "duplex_house.obj", "tray_bottom_mm.stl"), "approach": APPROACHED}
+"""The models of tables that are not made of all: the four others are drawn as geometry at the films' size, finer than their texels."""
 TABLES = ("predictors", "pictures", "orbit", "life", "shadows", "approach", "speed")
 
 
@@ -144,7 +145,7 @@ def main() -> None:
     for name in chosen.models:
         for kind in tables:
             done = {row.get("model") for row in impostor_tables.kept(kind)} if chosen.resume else set()
-            if kind != "speed" and name not in done and (kind not in ("life", "approach") or name in LIFE_MODELS):
+            if kind != "speed" and name not in done and name in ONLY.get(kind, MODELS):
                 print(kind, name, flush=True)
                 impostor_tables.keep(kind, _rows(worker, renderer, chosen, kind, name))
     worker.close()
@@ -153,8 +154,10 @@ def main() -> None:
 
 def _rows(worker: GpuWorker, renderer: Renderer, chosen: argparse.Namespace, kind: str, name: str) -> list[dict]:
     """One model's rows of a table."""
-    if kind in FILMS:
-        return FILMS[kind](renderer, name, chosen.degrees)
+    if kind == "orbit":
+        return impostor_films.orbit(renderer, name, chosen.degrees)
+    if kind == "life":
+        return impostor_films.life(renderer, name, chosen.degrees // 3)
     if kind == "approach":
         return impostor_approach.approach(renderer, name)
     if kind == "shadows":

@@ -25,8 +25,8 @@ LIMITS = {
     "regions_max_px": 12.0,
     "regions_share": 0.6,
     "edge_written_px": 1000.0,
-    "edge_sum_px": 0.0175,
-    "edge_fast_px": 0.0175,
+    "edge_sum_px": 0.0165,
+    "edge_fast_px": 0.0165,
 }
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 TOO_FINE = "finer than its texels"
@@ -66,7 +66,7 @@ class LifeSettings:
     regenerations: int = 1
     memory_bytes: int = 256 << 20
     fade_frames: int = 0
-    ahead: float = 0.8
+    ahead: float = 0.75
 
     def __post_init__(self) -> None:
         require_choice("Predictor", self.predictor, tuple(LIMITS))
