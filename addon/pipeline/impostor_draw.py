@@ -89,14 +89,15 @@ def draw_impostor(
         scratch = _Prewarped(device, source, frame, warp, extent)
         source, seen = scratch.source, _corners(extent, (0.0,)) @ place.T
     blocks = _Blocks.of(target.size, seen, hull)
-    device.context.enable_only(moderngl.DEPTH_TEST | moderngl.PROGRAM_POINT_SIZE)
+    uniforms = _view_uniforms(frame, camera, warp, source) | blocks.uniforms(impostor, place)
+    uniforms |= {"u_fade": fade, "u_fade_rest": int(fade_rest), "u_behind": behind_texels * shift_unit(frame)}
+    device.context.enable_only(moderngl.DEPTH_TEST)
     target.use()
     source.bind()
     for is_smooth in (True, False) if method == "inverse" else (False,):
         program = _program(device, method, fill=fill, smooth=is_smooth)
-        _set(program, frame, camera, warp, source)
-        set_uniforms(program, u_fade=fade, u_fade_rest=int(fade_rest), u_behind=behind_texels * shift_unit(frame))
-        blocks.draw(device.context, program, impostor, place)
+        set_uniforms(program, **uniforms)
+        blocks.draw(device.context, program)
     if scratch is not None:
         scratch.release()
 
@@ -106,10 +107,10 @@ def draw_caster(device: Device, impostor: ImpostorTextures, clip_from_world: np.
     frame = impostor.frame
     program = _program(device, "sprite", caster=True)
     place = clip_from_texel(frame, clip_from_world)
-    set_uniforms(program, u_size=(frame.width, frame.height), u_fade=1.0, u_behind=0.0)
+    blocks = _Blocks.of(size, _content(impostor, "sprite") @ place.T)
+    set_uniforms(program, u_size=(frame.width, frame.height), u_fade=1.0, u_behind=0.0, **blocks.uniforms(impostor, place))
     _Source.of(impostor).bind()
-    device.context.enable(moderngl.PROGRAM_POINT_SIZE)
-    _Blocks.of(size, _content(impostor, "sprite") @ place.T).draw(device.context, program, impostor, place)
+    blocks.draw(device.context, program)
 
 
 def _program(device: Device, method: str, *, fill: bool = False, caster: bool = False, smooth: bool = False) -> moderngl.Program:
@@ -118,18 +119,17 @@ def _program(device: Device, method: str, *, fill: bool = False, caster: bool = 
     return device.programs.get("impostor_blocks.vert", "impostor.frag", TILE=TILE, WINDOW=WINDOW, STRIDE=STRIDE, **kind, **DEFINES)
 
 
-def _set(program: moderngl.Program, frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> None:
+def _view_uniforms(frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> dict[str, object]:
     """The uniforms of the view and the texture."""
     away, view_row = _away(frame), -camera.view_from_world[2] @ frame.world_from_plane
-    set_uniforms(
-        program,
-        u_view_depth_from_texel=(float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
-        u_warp=tuple(float(k) * away for k in warp.K),
-        u_size=source.size,
-        u_source_w=float(frame.source[3]) * away,
-        u_corner=source.corner,
-        u_continuous=CONTINUOUS_TEXELS * shift_unit(frame),
-    )
+    return {
+        "u_view_depth_from_texel": (float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
+        "u_warp": tuple(float(k) * away for k in warp.K),
+        "u_size": source.size,
+        "u_source_w": float(frame.source[3]) * away,
+        "u_corner": source.corner,
+        "u_continuous": CONTINUOUS_TEXELS * shift_unit(frame),
+    }
 
 
 class _Prewarped:
@@ -203,23 +203,25 @@ class _Blocks:
         first = np.floor(low / BLOCK).astype(int)
         return cls(picture, tuple(first.tolist()), tuple(np.maximum(np.ceil(high / BLOCK).astype(int) - first, 0).tolist()))
 
-    def draw(self, context: moderngl.Context, program: moderngl.Program, impostor: ImpostorTextures, clip_from_texel: np.ndarray) -> None:
+    def uniforms(self, impostor: ImpostorTextures, clip_from_texel: np.ndarray) -> dict[str, object]:
+        """The uniforms of the blocks, and of the rays through their pixels."""
+        half_w, half_h = self.picture[0] / 2.0, self.picture[1] / 2.0
+        pixel_from_clip = np.array([[half_w, 0.0, 0.0, half_w], [0.0, half_h, 0.0, half_h], [0.0, 0.0, 0.0, 1.0]])
+        return {
+            "u_clip_from_texel": matrix_bytes(clip_from_texel),
+            "u_plane_from_pixel": matrix_bytes(np.linalg.inv(pixel_from_clip @ clip_from_texel[:, [0, 1, 3]])),
+            "u_picture": self.picture,
+            "u_first": self.first,
+            "u_columns": max(self.count[0], 1),
+            "u_nearest": impostor.nearest,
+            "u_deepest": _deepest(impostor.frame),
+        }
+
+    def draw(self, context: moderngl.Context, program: moderngl.Program) -> None:
         """Draw each as a point."""
-        if not all(self.count):
-            return
-        half = np.array(self.picture) / 2.0
-        pixel_from_clip = np.array([[half[0], 0.0, 0.0, half[0]], [0.0, half[1], 0.0, half[1]], [0.0, 0.0, 0.0, 1.0]])
-        set_uniforms(
-            program,
-            u_clip_from_texel=matrix_bytes(clip_from_texel),
-            u_plane_from_pixel=matrix_bytes(np.linalg.inv(pixel_from_clip @ clip_from_texel[:, [0, 1, 3]])),
-            u_picture=self.picture,
-            u_first=self.first,
-            u_columns=self.count[0],
-            u_nearest=impostor.nearest,
-            u_deepest=_deepest(impostor.frame),
-        )
-        _render(context, program, moderngl.POINTS, self.count[0] * self.count[1])
+        if all(self.count):
+            context.enable(moderngl.PROGRAM_POINT_SIZE)
+            _render(context, program, moderngl.POINTS, self.count[0] * self.count[1])
 
 
 def _render(context: moderngl.Context, program: moderngl.Program, mode: int, vertices: int) -> None:

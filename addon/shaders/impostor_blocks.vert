@@ -61,7 +61,7 @@ float first_reach(Block block, out bool is_smooth) {
         begin = min(begin, a);
         meets = meets || reach.y >= a;
         is_smooth = is_smooth && reach.z < EMPTY && reach.w * fastest < EDGE_ON;
-        if (is_smooth ? reach.z <= until : meets) return begin;
+        if (is_smooth ? reach.z <= until : meets || SMOOTH == 1) return begin;
     }
     is_smooth = false;
     return meets ? begin : MISSES;
