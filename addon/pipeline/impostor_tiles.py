@@ -25,10 +25,11 @@ def tiles_and_windows(layers: np.ndarray, continuous: float) -> tuple[np.ndarray
     at STRIDE·i − WINDOW: that of the nearest; that behind which nothing is met; that by which every ray over it has met the front, if the
     front is one surface without edges, gaps and steps, else `EMPTY`; the steepest slope there, |da/du| + |da/dv|.
     """
-    front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1]) + np.abs(layers[..., 2])
+    a, du, dv, back = (np.ascontiguousarray(layers[..., i]) for i in range(4))
+    front, slopes = np.abs(a), np.abs(du) + np.abs(dv)
     nearer = 0.5 * slopes - front
-    behind = np.where(front < EMPTY, np.maximum(layers[..., 3], front + 2.0 * slopes + continuous), np.float32(-1.0))
-    far = np.where(_is_smooth(layers, continuous), front + 0.5 * slopes, EMPTY)
+    behind = np.where(front < EMPTY, np.maximum(back, front + 2.0 * slopes + continuous), np.float32(-1.0))
+    far = np.where(_is_smooth(a, du, dv, continuous), front + 0.5 * slopes, EMPTY)
     kinds = (nearer, -EMPTY, 1), (behind, -1.0, 1), (nearer, -EMPTY, 0), (far, EMPTY, 0), (slopes, 0.0, 0)
     pairs = _of_neighbours(np.stack([_largest(*kind) for kind in kinds], axis=-1), 1)
     rows, columns = (-(-n // TILE) for n in layers.shape[:2])
@@ -38,12 +39,11 @@ def tiles_and_windows(layers: np.ndarray, continuous: float) -> tuple[np.ndarray
     return tiles, _of_neighbours(pairs[..., [2, 1, 3, 4]], 2) * np.float32([-1.0, 1.0, 1.0, 1.0])
 
 
-def _is_smooth(layers: np.ndarray, continuous: float) -> np.ndarray:
+def _is_smooth(a: np.ndarray, du: np.ndarray, dv: np.ndarray, continuous: float) -> np.ndarray:
     """(h, w) bool: one whole surface, which goes on into the texels beside and below with a step of at most `continuous`."""
-    front, du, dv = layers[..., 0], layers[..., 1], layers[..., 2]
-    smooth = (front >= 0.0) & (front < EMPTY)
-    smooth[:, :-1] &= np.abs(np.diff(front, axis=1) - 0.5 * (du[:, 1:] + du[:, :-1])) <= continuous
-    smooth[:-1] &= np.abs(np.diff(front, axis=0) - 0.5 * (dv[1:] + dv[:-1])) <= continuous
+    smooth = (a >= 0.0) & (a < EMPTY)
+    smooth[:, :-1] &= np.abs(np.diff(a, axis=1) - 0.5 * (du[:, 1:] + du[:, :-1])) <= continuous
+    smooth[:-1] &= np.abs(np.diff(a, axis=0) - 0.5 * (dv[1:] + dv[:-1])) <= continuous
     return smooth
 
 
