@@ -10,32 +10,37 @@ float carrying(float slope, uint code) {
     return uintBitsToFloat((floatBitsToUint(abs(slope) < 1e-30 ? 1e-30 : slope) & ~255u) | code);
 }
 
-// How unlike a sample and the surface of a texel (plane coordinates) are: texels of depth, turns of the normal, another object.
-float unlike(ivec2 cell, vec2 uv, float a, vec3 normal, uint slot) {
-    vec4 layers = layers_at(cell);
-    if (is_empty(layers)) return 1e9;
-    ivec2 texel = texel_at(cell);
-    float apart = min(abs(front_at(layers, cell, uv) - a) / u_unit, 50.0);
-    float turned = 4.0 - 4.0 * dot(normal, from_octahedral(texelFetch(u_both_normals, texel, 0).rg));
-    return apart + turned + (texelFetch(u_both_ids, texel, 0).r == slot ? 0.0 : 100.0);
+// How unlike the samples and the surface of a texel of these layers are: texels of depth, turns of the normal, another object.
+vec4 unlike(vec4 layers, ivec2 cell, vec3 normal, uint slot, vec2 centre, vec4 a, vec3 normals[4], uvec4 slots) {
+    vec4 cost;
+    for (int k = 0; k < 4; ++k) {
+        float apart = min(abs(front_at(layers, cell, centre + sample_place(k)) - a[k]) / u_unit, 50.0);
+        float turned = 4.0 - 4.0 * dot(normals[k], normal);
+        cost[k] = apart + turned + (slot == slots[k] ? 0.0 : 100.0);
+    }
+    return is_empty(layers) ? vec4(1e9) : cost;
 }
 
 void main() {
     ivec2 texel = ivec2(gl_FragCoord.xy), cell = ivec2(texel.x, u_size.y - 1 - texel.y);
-    vec4 layers = layers_at(cell);
-    uint codes = 0u;
+    vec2 centre = vec2(cell) + 0.5;
+    vec4 a, least = vec4(1e10);
+    vec3 normals[4];
+    uvec4 slots, code = uvec4(15u);
     for (int k = 0; k < 4; ++k) {
         ivec2 at = sample_at(texel, k);
-        uint slot = texelFetch(u_sample_ids, at, 0).r, code = 15u;
-        if (slot > 0u) {
-            float a = texelFetch(u_sample_layers, at, 0).x, least = 1e10;
-            vec3 normal = from_octahedral(texelFetch(u_sample_normal, at, 0).rg);
-            for (uint c = 0u; c < 9u; ++c) {
-                float cost = unlike(cell + neighbour(c), vec2(cell) + 0.5 + sample_place(k), a, normal, slot);
-                if (cost < least) { least = cost; code = c; }
-            }
-        }
-        codes |= code << uint(4 * k);
+        slots[k] = texelFetch(u_sample_ids, at, 0).r;
+        a[k] = texelFetch(u_sample_layers, at, 0).x;
+        normals[k] = from_octahedral(texelFetch(u_sample_normal, at, 0).rg);
     }
-    out_layers = vec4(layers.x, carrying(layers.y, codes & 255u), carrying(layers.z, codes >> 8), layers.w);
+    for (uint c = 0u; c < 9u; ++c) {
+        ivec2 there = cell + neighbour(c);
+        vec3 normal = from_octahedral(texelFetch(u_both_normals, texel_at(there), 0).rg);
+        vec4 cost = unlike(layers_at(there), there, normal, texelFetch(u_both_ids, texel_at(there), 0).r, centre, a, normals, slots);
+        for (int k = 0; k < 4; ++k)
+            if (slots[k] > 0u && cost[k] < least[k]) { least[k] = cost[k]; code[k] = c; }
+    }
+    uint codes = code.x | code.y << 4u | code.z << 8u | code.w << 12u;
+    vec4 layers = layers_at(cell);
+    out_layers = vec4(layers.x, carrying(layers.y, codes & 255u), carrying(layers.z, codes >> 8u), layers.w);
 }
