@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,7 +30,7 @@ PAPER = (0.18, 0.18, 0.2)
 class MarkState:
     """What became of a mark in the last picture, its copies taken together: the worst of each.
 
-    `error` is what the chosen predictor says (None without a texture, infinite where it cannot be used), `limit` its limit.
+    `error` is what is predicted of the texture shown (None without one, infinite where it cannot be used), `limit` its limit.
     """
 
     stage: str
@@ -45,28 +44,17 @@ class MarkState:
     copies: int
 
 
-def error_of(report: ImpostorReport, predictor: str) -> float | None:
-    """The predictor's value in the unit of its limit; None where nothing is captured."""
-    from .maths.relief_life import SHARED
-
-    value = report.errors.get(predictor)
-    if value is None or predictor not in SHARED:
-        return value
-    covered = report.errors["covered_px"]
-    return value / covered if 0.0 < covered < inf else inf
-
-
-def states(reports: Iterable[ImpostorReport], predictor: str) -> dict[tuple[str, int], MarkState]:
+def states(reports: Iterable[ImpostorReport]) -> dict[tuple[str, int], MarkState]:
     """The state of every mark that the last picture knew, by its kind and number."""
     members: dict[tuple[str, int], list[ImpostorReport]] = {}
     for report in reports:
         members.setdefault((report.key.kind, report.key.uid), []).append(report)
-    return {key: _together(copies, predictor) for key, copies in members.items()}
+    return {key: _together(copies) for key, copies in members.items()}
 
 
-def _together(copies: list[ImpostorReport], predictor: str) -> MarkState:
+def _together(copies: list[ImpostorReport]) -> MarkState:
     worst = min(copies, key=lambda r: WORST_FIRST.index(r.stage))
-    errors = [error for error in (error_of(r, predictor) for r in copies) if error is not None]
+    errors = [r.error for r in copies if r.error is not None]
     return MarkState(
         worst.stage,
         worst.reason,

@@ -78,6 +78,7 @@ def impostor_row(one: ImpostorReport) -> dict[str, object]:
         "stage": one.stage,
         "reason": one.reason,
         "age": one.age,
+        "error": known(one.error),
         "limit": known(one.limit),
         "tilt_deg": known(degrees(one.tilt_rad)),
         "beta_screen": known(betas.screen) if betas else None,

@@ -11,7 +11,7 @@ import bpy
 from .. import image_editor, session
 from ..errors import SceneError
 from ..impostor_marks import active_mark
-from ..impostor_states import annotated, error_of
+from ..impostor_states import annotated
 from ..impostors import shaded_texture
 from ..job import Job, Outcome, Pending
 from ..pipeline.frame import Frame
@@ -24,14 +24,9 @@ if TYPE_CHECKING:
 TITLE = f"{image_editor.NAME}: critical points"
 
 
-def by_error(reports: tuple[ImpostorReport, ...], predictor: str) -> list[ImpostorReport]:
+def by_error(reports: tuple[ImpostorReport, ...]) -> list[ImpostorReport]:
     """The largest predicted error first, those without a texture last."""
-
-    def rank(report: ImpostorReport) -> float:
-        error = error_of(report, predictor)
-        return 1.0 if error is None else -error
-
-    return sorted(reports, key=rank)
+    return sorted(reports, key=lambda report: 1.0 if report.error is None else -report.error)
 
 
 class PendingReport:
@@ -76,7 +71,7 @@ class PendingReport:
             reports = self._first.result().frame.impostors
         except Exception:  # raised again by `result`
             return
-        ranked = by_error(reports, self.job.settings.impostor.predictor)
+        ranked = by_error(reports)
         with_texture = [r for r in ranked if r.edges is not None]
         chosen = [r for r in with_texture if (r.key.kind, r.key.uid) == self._wanted] or with_texture
         if chosen:
@@ -108,25 +103,24 @@ class CAD_SHADOW_OT_impostor_report(NeedsImpostors, JobOperator, bpy.types.Opera
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Show the critical points, say the numbers."""
         context.window_manager.cad_shadow_impostor_points = True
-        settings = outcome.job.settings.impostor
-        for report in by_error(session.impostors(), settings.predictor):
-            self.report({"INFO"}, line(report, settings.predictor))
+        for report in by_error(session.impostors()):
+            self.report({"INFO"}, line(report))
         looked_at, texture = self._asked.looked_at, self._asked.texture
         if texture is not None:
             picture = annotated(texture.result().passes["combined"], looked_at.edges, outcome.job.impostors.edges.regions)
             image_editor.show(context, image_editor.to_image(picture, TITLE))
 
 
-def line(report: ImpostorReport, predictor: str) -> str:
-    """One impostor in a line: its state, what the texts' critical point and the chosen predictor say, and its limit."""
+def line(report: ImpostorReport) -> str:
+    """One impostor in a line: its state, its error against the limit, what the texts' critical point and the edge sum say."""
     if not report.errors:
         return f"{report.name}: {report.stage}, {report.reason or 'nothing captured'}"
     texts = ", ".join(
         f"{label} {report.errors[name]:.3g}"
         for name, label in (("critical", "critical point"), ("critical_px", "corrected (px)"), ("edge_sum_px", "edge sum (px)"))
     )
-    error = error_of(report, predictor)
-    return f"{report.name}: {report.stage}, {error / report.limit:.0%} of the limit; {texts}" if error is not None else report.name
+    error = f", {report.error / report.limit:.0%} of the limit" if report.error is not None else ""
+    return f"{report.name}: {report.stage}{error}; {texts}"
 
 
 OPERATORS = (CAD_SHADOW_OT_impostor_report,)

@@ -44,7 +44,7 @@ COLUMNS = (("Name", "NONE", 0.56), ("Error", "NONE", 0.42), ("", "TIME", 0.42), 
 limit, the age, below a clock, in pictures."""
 
 
-_known: list[tuple[tuple[object, ...], str, dict[tuple[str, int], MarkState]]] = []
+_known: list[tuple[tuple[object, ...], dict[tuple[str, int], MarkState]]] = []
 
 
 def columns(layout: bpy.types.UILayout) -> list[bpy.types.UILayout]:
@@ -63,12 +63,12 @@ def share(state: MarkState) -> str:
     return f"{state.error / state.limit:.0%}"
 
 
-def shown_states(context: bpy.types.Context) -> dict[tuple[str, int], MarkState]:
+def shown_states() -> dict[tuple[str, int], MarkState]:
     """The state of every mark in the last picture; reckoned once for all that draws it."""
-    reports, predictor = session.impostors(), context.scene.cad_shadow.impostor_predictor
-    if not _known or _known[0][0] is not reports or _known[0][1] != predictor:
-        _known[:] = [(reports, predictor, states(reports, predictor))]
-    return _known[0][2]
+    reports = session.impostors()
+    if not _known or _known[0][0] is not reports:
+        _known[:] = [(reports, states(reports))]
+    return _known[0][1]
 
 
 class CAD_SHADOW_UL_impostors(bpy.types.UIList):
@@ -92,7 +92,7 @@ class CAD_SHADOW_UL_impostors(bpy.types.UIList):
     ) -> None:
         """A line: state as an icon, name, error, limit, age, size."""
         holder = holder_of(item)
-        state = shown_states(context).get((item.kind, int(item.uid)))
+        state = shown_states().get((item.kind, int(item.uid)))
         cells = columns(layout)
         icon = ICONS[state.stage] if state else "QUESTION"
         if holder is None:
@@ -119,7 +119,7 @@ class CAD_SHADOW_UL_impostors(bpy.types.UIList):
         shown = helpers.filter_items_by_name(self.filter_name, self.bitflag_filter_item, rows, "name") if self.filter_name else []
         if not self.by_error:
             return shown, helpers.sort_items_by_name(rows, "name")
-        known = shown_states(context)
+        known = shown_states()
 
         def rank(place: int) -> tuple[float, str]:
             state = known.get((rows[place].kind, int(rows[place].uid)))
@@ -164,7 +164,7 @@ def _draw_list(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     side.operator("cad_shadow.impostor_create", text="", icon="ADD").target = "OBJECTS"
     side.operator("cad_shadow.impostor_remove", text="", icon="REMOVE").target = "ACTIVE"
     mark = active_mark()
-    state = shown_states(context).get((mark.kind, mark.uid)) if mark else None
+    state = shown_states().get((mark.kind, mark.uid)) if mark else None
     if mark is None:
         layout.label(text="Click on one for its numbers", icon="INFO")
     elif state is None:

@@ -90,7 +90,8 @@ class ImpostorChoice:
 
 @dataclass(frozen=True, eq=False)
 class ImpostorReport:
-    """One impostor in one frame. `errors` every predictor by name (empty without a texture), `size` texels, `triangles` it stands for.
+    """One impostor in one frame. `errors` every predictor by name, as the frame found them (empty without a texture); `error` the error of
+    what is shown now in the unit of `limit` (None without a texture). `size` texels, `triangles` it stands for.
     `edges` what the predictors keep of the texture: its frame and critical points. `waits`: a later frame will capture it. `captures` made
     in this frame, with those found wanting."""
 
@@ -101,6 +102,7 @@ class ImpostorReport:
     age: int
     betas: Betas | None
     errors: dict[str, float]
+    error: float | None
     limit: float
     tilt_rad: float
     size: tuple[int, int]
@@ -167,7 +169,7 @@ class ImpostorLibrary:
                 drawn.append(self._drawn(part, action, camera, choice))
             if action.stage != "geometry":
                 geometry_rows &= ~part.rows
-            reports.append(self._report(part, seen, action, choice))
+            reports.append(self._report(part, seen, action, view, choice))
         self._ahead.moved_to(camera)
         saved = sum(r.triangles for r in reports if r.stage not in ("geometry", "hidden"))
         return ImpostorFrame(geometry_rows, tuple(drawn), tuple(reports), saved)
@@ -328,9 +330,10 @@ class ImpostorLibrary:
             textures, part.hull_ws, at_rest or action.stage == "sprite", choice.method, action.fade, old, others, choice.fill
         )
 
-    def _report(self, part: Part, seen: Seen, action: Action, choice: ImpostorChoice) -> ImpostorReport:
+    def _report(self, part: Part, seen: Seen, action: Action, view: View, choice: ImpostorChoice) -> ImpostorReport:
         key = part.group.key
         textures, state = self._textures.get(key), self._states[key]
+        shown = self._look.look_at(part, textures, view) if action.regenerate and textures else seen
         size = (textures.frame.width, textures.frame.height) if textures else (0, 0)
         return ImpostorReport(
             key,
@@ -340,6 +343,7 @@ class ImpostorLibrary:
             state.age,
             seen.sight.betas,
             seen.errors,
+            shown.sight.predicted if textures and shown.sight.is_visible else None,
             choice.life.effective_limit,
             seen.sight.tilt_rad,
             size,

@@ -68,7 +68,7 @@ def test_copies_made_by_an_instancer_are_impostors_of_their_own(ball, view, blen
     assert {r.name for r in shown.impostors} == {ball.name}
     assert difference(shown, without(view)) < 0.006
     states = importlib.import_module(type(shown).__module__.replace(".api", ".impostor_states")).states
-    assert [s.copies for s in states(shown.impostors, "edge_fast_px").values()] == [2]
+    assert [s.copies for s in states(shown.impostors).values()] == [2]
 
 
 def test_text_and_curves_are_impostors_too(cube_scene, view, blend):

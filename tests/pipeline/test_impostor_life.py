@@ -61,13 +61,22 @@ def test_a_slow_orbit_is_captured_warped_and_renewed_and_always_close_to_the_geo
 
 def test_an_eye_that_moves_on_is_met_ahead_so_that_fewer_captures_hold_the_same_limit(film):
     captures = {}
-    for ahead in (0.0, 0.8):
+    for ahead in (0.0, LifeSettings().ahead):
         film.empty()
         rules = LifeSettings(ahead=ahead)
         shown = [film(orbit(angle), replace(ALL, life=rules)).impostors[0] for angle in np.arange(0.0, 1.0, 0.02)]
-        captures[ahead] = sum(r.stage == "regenerated" for r in shown)
+        captures[ahead] = sum(r.captures for r in shown)
         assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
-    assert captures[0.8] <= 0.75 * captures[0.0], captures
+    here, ahead = captures.values()
+    assert ahead <= 0.8 * here, captures
+
+
+def test_the_error_reported_is_of_what_is_shown_and_within_the_limit(film):
+    for angle in np.arange(0.0, 1.0, 0.02):
+        report = film(orbit(angle)).impostors[0]
+        assert 0.0 < report.error <= report.limit == LifeSettings().effective_limit
+        if angle == 0.0:
+            assert report.error == pytest.approx(LifeSettings().resampling * report.edges.contour_share)
 
 
 def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(film, renderer):
