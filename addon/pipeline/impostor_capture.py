@@ -30,7 +30,8 @@ CONTINUOUS_TEXELS = 1.0
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` RGB32F and `windows` RGBA32F say at which depths a square of texels can be met (`impostor_tiles.py`), `nearest` from which any.
+    `tiles` RGB32F and `windows` RGBA32F, from fine to coarse, say at which depths a square of texels can be met (`impostor_tiles.py`),
+    `nearest` from which any.
     `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows
     something; `content_uv` (2, 2) the smallest and largest (u, v) of those that do.
     """
@@ -38,7 +39,7 @@ class ImpostorTextures:
     frame: CaptureFrame
     texels: ImpostorTexels
     tiles: moderngl.Texture
-    windows: moderngl.Texture
+    windows: tuple[moderngl.Texture, ...]
     nearest: float
     edges: ReliefEdges
     depth_m: np.ndarray
@@ -57,8 +58,8 @@ class ImpostorTextures:
         """Free the textures; idempotent."""
         if not self.is_released:
             self.texels.release()
-            self.tiles.release()
-            self.windows.release()
+            for grid in (self.tiles, *self.windows):
+                grid.release()
             self.is_released = True
 
 
@@ -124,7 +125,7 @@ def capture(
         frame,
         texels,
         _texture(device.context, tiles),
-        _texture(device.context, windows),
+        tuple(_texture(device.context, grid) for grid in windows),
         max(0.0, float(tiles[..., 0].min())),
         edges,
         depth,

@@ -19,13 +19,15 @@ from .device import Device
 from .gbuffer_pass import GBuffer
 from .impostor_capture import CONTINUOUS_TEXELS, ImpostorTextures
 from .impostor_texels import DEFINES, EMPTY, ImpostorTexels
-from .impostor_tiles import STRIDE, TILE, WINDOW
+from .impostor_tiles import OVERLAP, STRIDES, TILE
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 
 METHODS = ("inverse", "forward")
 _KINDS = {"inverse": 0, "sprite": 1, "forward": 2}
 BLOCK = 8
 """Pixels per side of the blocks in which an impostor is drawn: those that no surface can be seen in are left out."""
+MOST_STEPS = 256
+"""Steps in depth at most, in which a block's rays are followed over the windows."""
 LARGEST_PREWARP = 2
 """The pre-warped texture is at most so many times as large as the captured one, per side."""
 
@@ -36,20 +38,18 @@ class _Source:
 
     texels: ImpostorTexels
     tiles: moderngl.Texture
-    windows: moderngl.Texture
     size: tuple[int, int]
     corner: tuple[float, float] = (0.0, 0.0)
 
     @classmethod
     def of(cls, impostor: ImpostorTextures) -> _Source:
         """A capture as it is."""
-        return cls(impostor.texels, impostor.tiles, impostor.windows, (impostor.frame.width, impostor.frame.height))
+        return cls(impostor.texels, impostor.tiles, (impostor.frame.width, impostor.frame.height))
 
     def bind(self) -> None:
         """Bind all to their units."""
         self.texels.bind()
         self.tiles.use(SAMPLER_UNITS["u_tiles"])
-        self.windows.use(SAMPLER_UNITS["u_windows"])
 
 
 def clip_from_texel(frame: CaptureFrame, clip_from_world: np.ndarray) -> np.ndarray:
@@ -89,7 +89,7 @@ def draw_impostor(
         scratch = _Prewarped(device, source, frame, warp, extent)
         source, seen = scratch.source, _corners(extent, (0.0,)) @ place.T
     blocks = _Blocks.of(target.size, seen, hull)
-    uniforms = _view_uniforms(frame, camera, warp, source) | blocks.uniforms(impostor, place)
+    uniforms = _view_uniforms(frame, camera, warp, source) | blocks.uniforms(impostor, place, warp if method == "inverse" else None)
     uniforms |= {"u_fade": fade, "u_fade_rest": int(fade_rest), "u_behind": behind_texels * shift_unit(frame)}
     device.context.enable_only(moderngl.DEPTH_TEST)
     target.use()
@@ -116,7 +116,8 @@ def draw_caster(device: Device, impostor: ImpostorTextures, clip_from_world: np.
 def _program(device: Device, method: str, *, fill: bool = False, caster: bool = False, smooth: bool = False) -> moderngl.Program:
     """The program that draws by this method; `smooth`: those blocks that see one smooth surface, else the others."""
     kind = {"METHOD": _KINDS[method], "FILL": fill, "CASTER": caster, "SMOOTH": smooth, "BLOCK": BLOCK}
-    return device.programs.get("impostor_blocks.vert", "impostor.frag", TILE=TILE, WINDOW=WINDOW, STRIDE=STRIDE, **kind, **DEFINES)
+    grids = {"TILE": TILE, "OVERLAP": OVERLAP, "MOST_STEPS": MOST_STEPS}
+    return device.programs.get("impostor_blocks.vert", "impostor.frag", **kind, **grids, **DEFINES)
 
 
 def _view_uniforms(frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> dict[str, object]:
@@ -158,7 +159,7 @@ class _Prewarped:
                 u_warp=tuple(float(k) * _away(frame) for k in warp.K),
             )
             _render(context, program, mode, count)
-        self.source = _Source(texels, source.tiles, source.windows, size, tuple(map(float, extent[0])))
+        self.source = _Source(texels, source.tiles, size, tuple(map(float, extent[0])))
 
     def release(self) -> None:
         """Free the target."""
@@ -203,19 +204,38 @@ class _Blocks:
         first = np.floor(low / BLOCK).astype(int)
         return cls(picture, tuple(first.tolist()), tuple(np.maximum(np.ceil(high / BLOCK).astype(int) - first, 0).tolist()))
 
-    def uniforms(self, impostor: ImpostorTextures, clip_from_texel: np.ndarray) -> dict[str, object]:
-        """The uniforms of the blocks, and of the rays through their pixels."""
+    def uniforms(self, impostor: ImpostorTextures, clip_from_texel: np.ndarray, warp: ReliefWarp | None = None) -> dict[str, object]:
+        """The uniforms of the blocks, and of the rays through their pixels, warped or not; the windows that these need are bound."""
         half_w, half_h = self.picture[0] / 2.0, self.picture[1] / 2.0
         pixel_from_clip = np.array([[half_w, 0.0, 0.0, half_w], [0.0, half_h, 0.0, half_h], [0.0, 0.0, 0.0, 1.0]])
+        plane_from_pixel = np.linalg.inv(pixel_from_clip @ clip_from_texel[:, [0, 1, 3]])
+        level = self._level(plane_from_pixel, warp, _deepest(impostor.frame) - impostor.nearest)
+        windows = impostor.windows[level]
+        windows.use(SAMPLER_UNITS["u_windows"])
         return {
             "u_clip_from_texel": matrix_bytes(clip_from_texel),
-            "u_plane_from_pixel": matrix_bytes(np.linalg.inv(pixel_from_clip @ clip_from_texel[:, [0, 1, 3]])),
+            "u_plane_from_pixel": matrix_bytes(plane_from_pixel),
+            "u_stride": STRIDES[level],
+            "u_last_window": (windows.width - 1, windows.height - 1),
             "u_picture": self.picture,
             "u_first": self.first,
             "u_columns": max(self.count[0], 1),
             "u_nearest": impostor.nearest,
             "u_deepest": _deepest(impostor.frame),
         }
+
+    def _level(self, plane_from_pixel: np.ndarray, warp: ReliefWarp | None, depth: float) -> int:
+        """The finest grid whose windows hold a block, with room to follow its rays over the `depth` of |relief| in `MOST_STEPS`."""
+        corners = BLOCK * (np.array(self.first) + np.array(self.count) * [[0, 0], [1, 0], [0, 1], [1, 1]])
+        beside = corners + BLOCK * np.array([[[0, 0]], [[1, 0]], [[0, 1]]])
+        place = beside @ plane_from_pixel[:, :2].T + plane_from_pixel[:, 2]
+        if place[..., 2].min() <= 0.0:
+            return len(STRIDES) - 1
+        uv = place[..., :2] / place[..., 2:]
+        texels = np.abs(uv[1:] - uv[0]).sum(axis=0).max()
+        moved = 0.0 if warp is None else np.abs(uv * warp.K[2] - warp.K[:2]).max() * depth
+        fits = [(OVERLAP - 1.25) * stride >= texels + moved / MOST_STEPS for stride in STRIDES]
+        return fits.index(True) if any(fits) else len(STRIDES) - 1
 
     def draw(self, context: moderngl.Context, program: moderngl.Program) -> None:
         """Draw each as a point."""

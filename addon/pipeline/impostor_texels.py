@@ -23,7 +23,8 @@ from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
 EMPTY = np.float32(1e9)
 SAMPLES = 2
 """Samples per texel and side."""
-BYTES_PER_TEXEL = 40
+BYTES_PER_TEXEL = 41
+"""40 of the texels themselves, one of the grids over them (`impostor_tiles.py`)."""
 APART_TEXELS = 0.25
 """Surfaces nearer to each other than this are one when the back layer is peeled."""
 KEPT_SAMPLES = 1 << 20

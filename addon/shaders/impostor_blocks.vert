@@ -8,12 +8,13 @@ uniform ivec2 u_picture;            // pixels
 uniform ivec2 u_first;              // the first block's place in the picture's grid of blocks
 uniform int u_columns;              // blocks in a row
 uniform float u_nearest, u_deepest; // between these the whole surface lies
-uniform sampler2D u_windows;        // of every WINDOW × WINDOW texels: nearest, behind all, all met if smooth (else EMPTY), steepest slope
+uniform sampler2D u_windows;        // of OVERLAP strides squared of texels: nearest, behind all, all met if smooth (else EMPTY), steepest slope
+uniform int u_stride;               // texels from one window to the next
+uniform ivec2 u_last_window;
 flat out float v_begin;             // depth before which no ray of the block meets anything
 flat out vec3 v_guess;              // of a smooth block: the depth of a plane near the surface at u = v = 0, and its gradient
 
-const int WINDOWS = WINDOW / STRIDE;
-const float MISSES = 1e9, MOST_STEPS = 64.0, EDGE_ON = 0.9;
+const float MISSES = 1e9, EDGE_ON = 0.9;
 
 struct Block { vec2 low, high; bool is_beyond; };   // its rays' places on the plane; whether some never get there
 
@@ -31,29 +32,23 @@ Block block_at(vec2 pixel) {
 // Where the ray through a place of the plane is at depth a; a sprite's stays where it is.
 vec2 at_depth(vec2 uv, float a) { return METHOD == INVERSE ? uv + ray_slope(uv) * a : uv; }
 
-// What the windows that cover a box of texels say together.
+// What the window that holds a box of texels says; of a box that is too large for it: anything may be there.
 vec4 reach_of(vec2 first, vec2 last) {
-    vec4 reach = vec4(EMPTY, -1.0, -1.0, 0.0);
-    ivec2 most = (u_size + STRIDE - 1) / STRIDE + WINDOWS;
-    ivec2 from = max(ivec2(floor(first / float(STRIDE))) + WINDOWS, 0), to = min(ivec2(floor(last / float(STRIDE))) + WINDOWS, most);
-    for (int j = min(from.y, most.y); j <= max(to.y, 0); j += WINDOWS)
-        for (int i = min(from.x, most.x); i <= max(to.x, 0); i += WINDOWS) {
-            vec4 one = texelFetch(u_windows, ivec2(i, j), 0);
-            reach = vec4(min(reach.x, one.x), max(reach.yzw, one.yzw));
-        }
-    return reach;
+    ivec2 window = ivec2(floor(first / float(u_stride))) + OVERLAP;
+    vec4 reach = texelFetch(u_windows, clamp(window, ivec2(0), u_last_window), 0);
+    return all(lessThanEqual(last, vec2(window * u_stride))) ? reach : vec4(-1.0, EMPTY, EMPTY, 0.0);
 }
 
 // From where on the block's rays may meet something (MISSES: never), and whether all of it is smooth: in steps over which they move by little,
 // each judged by the box round all of them.
 float first_reach(Block block, out bool is_smooth) {
     vec2 slope = METHOD == INVERSE ? max(abs(ray_slope(block.low)), abs(ray_slope(block.high))) : vec2(0.0), size = block.high - block.low;
-    float fastest = max(slope.x, slope.y);
-    float room = max(float(WINDOW - STRIDE) - max(size.x, size.y) - 0.1, 2.0);
-    float pace = max(room / max(fastest, 1e-9), (u_deepest - u_nearest) / MOST_STEPS), begin = MISSES;
+    float fastest = max(slope.x, slope.y), room = float((OVERLAP - 1) * u_stride) - max(size.x, size.y) - 0.1;
+    float pace = max(room / max(fastest, 1e-9), (u_deepest - u_nearest) / float(MOST_STEPS)), begin = MISSES;
     bool meets = false;
     is_smooth = true;
-    for (float a = u_nearest; a <= u_deepest; a += pace) {
+    int steps = 0;
+    for (float a = u_nearest; a <= u_deepest && steps <= MOST_STEPS; a += pace, ++steps) {
         float until = min(a + pace, u_deepest);
         vec2 first = min(at_depth(block.low, a), at_depth(block.low, until)), last = max(at_depth(block.high, a), at_depth(block.high, until));
         vec4 reach = reach_of(first - 0.01, last + 0.01);

@@ -11,12 +11,13 @@ from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer
 from addon.pipeline.impostor_capture import capture
 from addon.pipeline.impostor_draw import draw_impostor
 from addon.pipeline.impostor_texels import EMPTY
-from addon.pipeline.impostor_tiles import STRIDE, TILE, WINDOW, tiles_and_windows
+from addon.pipeline.impostor_tiles import OVERLAP, STRIDES, TILE, tiles_and_windows
 from addon.pipeline.readback import read_texture
 from tests import scenes
 from tests.maths.relief_rigs import corners
 
 CONTINUOUS = 0.25
+MARGIN = (OVERLAP + 1) * STRIDES[-1]
 
 
 def _layers(rng, height, width):
@@ -56,29 +57,33 @@ def test_the_grids_bound_what_their_squares_of_texels_hold(seed, height, width):
     layers = _layers(rng, height, width)
     tiles, windows = tiles_and_windows(layers, CONTINUOUS)
     assert tiles.shape == (-(-height // TILE) + 2, -(-width // TILE) + 2, 3)
-    assert windows.shape == (-(-height // STRIDE) + 5, -(-width // STRIDE) + 5, 4)
+    for stride, grid in zip(STRIDES, windows, strict=True):
+        assert grid.shape == (-(-height // stride) + OVERLAP + 1, -(-width // stride) + OVERLAP + 1, 4)
     front, slopes = np.abs(layers[..., 0]), np.abs(layers[..., 1:3]).sum(axis=-1)
     behind = np.where(front < EMPTY, np.maximum(layers[..., 3], front + 2.0 * slopes + CONTINUOUS), -1.0)
     far = np.where(_smooth(layers), front + 0.5 * slopes, EMPTY)
     near, behind, far, slopes = (
-        np.pad(image, 2 * WINDOW, constant_values=empty)
+        np.pad(image, MARGIN, constant_values=empty)
         for image, empty in ((front - 0.5 * slopes, EMPTY), (behind, -1.0), (far, EMPTY), (slopes, 0.0))
     )
-    about, behind = -_grown(-near, -EMPTY), _grown(behind, -1.0)
+    about, around = -_grown(-near, -EMPTY), _grown(behind, -1.0)
+    behind = np.where(np.pad(np.ones((height, width), bool), MARGIN), around, -1.0)
 
     def square(image, first, side):
-        top, left = 2 * WINDOW + first
+        top, left = MARGIN + first
         return image[top : top + side, left : left + side]
 
     for _ in range(12):
         place = rng.integers(tiles.shape[:2] - np.array([2, 2])) + 1
         at = TILE * (place - 1), TILE
-        expected = [square(about, *at).min(), square(behind, *at).max(), square(near, *at).min()]
-        np.testing.assert_allclose(tiles[*place], expected, rtol=1e-6)
-        place = rng.integers(windows.shape[:2])
-        at = STRIDE * place - WINDOW, WINDOW
-        expected = [square(near, *at).min(), square(behind, *at).max(), square(far, *at).max(), square(slopes, *at).max()]
-        np.testing.assert_allclose(windows[*place], expected, rtol=1e-5)
+        np.testing.assert_allclose(tiles[*place][[0, 2]], [square(about, *at).min(), square(near, *at).min()], rtol=1e-6)
+        assert square(behind, *at).max() - 1e-5 <= tiles[*place][1] <= square(around, *at).max() + 1e-5
+        for stride, grid in zip(STRIDES, windows, strict=True):
+            place = rng.integers(grid.shape[:2])
+            at = stride * (place - OVERLAP), stride * OVERLAP
+            expected = [square(near, *at).min(), square(far, *at).max(), square(slopes, *at).max()]
+            np.testing.assert_allclose(grid[*place][[0, 2, 3]], expected, rtol=1e-5)
+            assert square(behind, *at).max() - 1e-5 <= grid[*place][1] <= square(around, *at).max() + 1e-5
 
 
 def _taken(context, worker, scene, camera, size):

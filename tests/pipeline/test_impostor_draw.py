@@ -236,7 +236,7 @@ def test_leaping_over_tiles_leaving_out_blocks_and_taking_smooth_ones_apart_chan
         impostor.content_uv = np.array([[0.0, 0.0], [impostor.frame.width, impostor.frame.height]])
         eyes = [orbit(0.4 + turn, height=0.4 + turn / 3) for turn in (0.0, 0.1, -0.3, 0.7)]
         leapt = [rig.draw(eye, impostor) for eye in eyes]
-        for grid, anything in ((impostor.tiles, [0.0, 1e9, 0.0]), (impostor.windows, [0.0, 1e9, 1e9, 0.0])):
+        for grid, anything in ((impostor.tiles, [0.0, 1e9, 0.0]), *((grid, [0.0, 1e9, 1e9, 0.0]) for grid in impostor.windows)):
             grid.write(np.tile(np.float32(anything), (*grid.size[::-1], 1)).tobytes())
         impostor.nearest = 0.0
         walked = [rig.draw(eye, impostor) for eye in eyes]
