@@ -124,12 +124,16 @@ class _Boxes:
 
 
 class Sights:
-    """Looks at all impostors of a frame. Keeps the stacked textures, the measured costs, and what was found too fine to be captured."""
+    """Looks at all impostors of a frame. Keeps the stacked textures, the measured costs, and what was found too fine to be captured.
+
+    `pixel_ns`: what an impostor's pixel costs, the median of what was measured.
+    """
 
     def __init__(self) -> None:
         self._stacked: tuple[tuple[int, ...], ReliefSet, BoundsSet, _Boxes] | None = None
         self._geometry_ns: dict[Hashable, tuple[int, float]] = {}
         self._pixel_ns: list[float] = []
+        self.pixel_ns = START_PIXEL_NS
         self._too_fine: dict[Hashable, CaptureFrame] = {}
 
     def look(self, parts: Sequence[Part], kept: Sequence[ImpostorTextures | None], view: View) -> list[Seen]:
@@ -158,7 +162,7 @@ class Sights:
     def look_at(self, part: Part, textures: ImpostorTextures, view: View) -> Seen:
         """One texture by itself, which need not be one of those kept."""
         alone = Sights()
-        alone._geometry_ns, alone._pixel_ns = self._geometry_ns, self._pixel_ns
+        alone._geometry_ns, alone.pixel_ns = self._geometry_ns, self.pixel_ns
         return alone.look([part], [textures], view)[0]
 
     def measure_geometry(self, part: Part, draw: Callable[[np.ndarray], None]) -> None:
@@ -172,11 +176,7 @@ class Sights:
         """Time the drawing of an impostor that covers so many pixels. `draw` waits for the GPU."""
         if covered_px > 0.0:
             self._pixel_ns = [*self._pixel_ns[-REMEMBERED:], _nanoseconds(draw) / covered_px]
-
-    @property
-    def pixel_ns(self) -> float:
-        """What an impostor's pixel costs: the median of what was measured."""
-        return float(np.median(self._pixel_ns)) if self._pixel_ns else START_PIXEL_NS
+            self.pixel_ns = float(np.median(self._pixel_ns))
 
     def remember_too_fine(self, key: Hashable, frame: CaptureFrame) -> None:
         """A capture with this frame showed that the object is finer than its texels."""
