@@ -185,9 +185,10 @@ def _orbit(rows: list[dict]) -> str:
     head = ("model", "captures", "as geometry", "life × sprite's", "PSNR, median", "PSNR, worst", "below 26 dB", "jump", "true jump")
     return (
         f"## Orbits\n\n{max(r['frames'] for r in rows)} frames at 1° round each model, 8 radii, with shadows, the default life cycle, 192² "
-        "pixels of 2 × 2 samples, a texel a sample; PSNR over both silhouettes (99 = equal). Jump: the largest frame difference at "
+        "pixels of 2 × 2 samples, a texel a sample; all captures, those too that were thrown away; PSNR over both silhouettes "
+        "(99 = equal). Jump: the largest frame difference at "
         "a renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer "
-        "than its texels is drawn as geometry until it is seen from elsewhere.\n\n" + table(head, lines)
+        "than its texels is drawn as geometry and looked at again from every 15°.\n\n" + table(head, lines)
     )
 
 
