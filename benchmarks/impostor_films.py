@@ -48,10 +48,21 @@ class Film:
         return np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(self.frames[1:], self.frames[:-1], strict=True)])
 
 
-def film(renderer: Renderer, scene: Scene, degrees: Sequence[int], choice: ImpostorChoice | None) -> Film:
-    """An orbit at 20° above and 8 radii."""
-    stage = Stage(None, scene)
-    return filmed(renderer, scene, [stage.camera(angle, 20, 8.0) for angle in degrees], choice)
+@dataclass(frozen=True)
+class Orbit:
+    """A path round a model, a frame a degree."""
+
+    frames: int
+    elevation_deg: float = 20.0
+    radii: float = 8.0
+
+    def camera(self, stage: Stage, angle_deg: float) -> Camera:
+        """The camera at an angle of it."""
+        return stage.camera(angle_deg, self.elevation_deg, self.radii)
+
+    def cameras(self, stage: Stage) -> list[Camera]:
+        """All of them."""
+        return [self.camera(stage, angle) for angle in range(self.frames)]
 
 
 def filmed(renderer: Renderer, scene: Scene, cameras: Sequence[Camera], choice: ImpostorChoice | None) -> Film:
@@ -70,9 +81,9 @@ def filmed(renderer: Renderer, scene: Scene, cameras: Sequence[Camera], choice: 
 
 
 @lru_cache(maxsize=1)
-def truth(renderer: Renderer, name: str, degrees: int) -> Film:
+def truth(renderer: Renderer, name: str, path: Orbit) -> Film:
     """The geometry's own film, made once for all tables that compare with it."""
-    return film(renderer, load(name), range(degrees), None)
+    return filmed(renderer, load(name), path.cameras(Stage(None, load(name))), None)
 
 
 def whole(scene: Scene, life: LifeSettings | None = None, casters: str = "geometry") -> ImpostorChoice:
@@ -82,20 +93,21 @@ def whole(scene: Scene, life: LifeSettings | None = None, casters: str = "geomet
     return replace(choice, capture=replace(choice.capture, texels_per_pixel=1.0))
 
 
-def lived(renderer: Renderer, name: str, degrees: int, life: LifeSettings) -> dict:
+def lived(renderer: Renderer, name: str, path: Orbit, life: LifeSettings) -> dict:
     """One orbit under one life cycle: captures, quality, jumps at renewals."""
-    scene, real = load(name), truth(renderer, name, degrees)
-    shown = film(renderer, scene, range(degrees), whole(scene, life))
+    scene, real = load(name), truth(renderer, name, path)
+    stage = Stage(None, scene)
+    shown = filmed(renderer, scene, path.cameras(stage), whole(scene, life))
     quality = [min(psnr_db(a, b, u), 99.0) for (a, u), (b, _) in zip(shown.frames, real.frames, strict=True)]
     jumps, true_jumps = shown.differences(), real.differences()
     renewed = np.array([s == "regenerated" for s in shown.stages[1:]])
     return {
         "model": name,
-        "frames": degrees,
+        "frames": path.frames,
         "captures": sum(r.captures for r in shown.reports),
         "renewals": shown.stages.count("regenerated"),
         "geometry": shown.stages.count("geometry"),
-        "sprite_deg": sprite_degrees(Stage(None, scene)),
+        "sprite_deg": sprite_degrees(stage, path),
         "psnr_min": min(quality),
         "psnr_median": float(np.median(quality)),
         "below_26": sum(q < 26.0 for q in quality),
@@ -107,22 +119,27 @@ def lived(renderer: Renderer, name: str, degrees: int, life: LifeSettings) -> di
 
 def orbit(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """The default life cycle round one model."""
-    return [lived(renderer, name, degrees, LifeSettings())]
+    return [lived(renderer, name, Orbit(degrees), LifeSettings())]
+
+
+def elsewhere(renderer: Renderer, name: str, degrees: int) -> list[dict]:
+    """The same on a path that no constant was chosen by: nearer and from higher up."""
+    return [lived(renderer, name, Orbit(degrees, 50.0, 5.0), LifeSettings())]
 
 
 def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """One orbit per life cycle."""
-    return [lived(renderer, name, degrees, rules) | {"way": way} for way, rules in LIVES.items()]
+    return [lived(renderer, name, Orbit(degrees), rules) | {"way": way} for way, rules in LIVES.items()]
 
 
-def sprite_degrees(stage: Stage) -> float:
+def sprite_degrees(stage: Stage, path: Orbit) -> float:
     """How far the orbit goes on before Schaufler's β exceeds a pixel of a picture of `SIDE`²: the life of a sprite, in degrees."""
     size = (SIDE, SIDE)
-    frame = capture_frame(stage.hull, stage.camera(0, 20, 8.0), size)
+    frame = capture_frame(stage.hull, path.camera(stage, 0.0), size)
     low, high = 0.0, 45.0
     for _ in range(30):
         middle = (low + high) / 2.0
-        found = betas(frame, stage.hull, stage.camera(middle, 20, 8.0), size)
+        found = betas(frame, stage.hull, path.camera(stage, middle), size)
         low, high = (middle, high) if found.total <= found.screen else (low, middle)
     return low
 

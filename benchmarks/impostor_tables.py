@@ -41,6 +41,7 @@ def write() -> None:
         "predictors": _predictors,
         "pictures": _pictures,
         "orbit": _orbit,
+        "elsewhere": _elsewhere,
         "life": _life,
         "shadows": _shadows,
         "approach": _approach,
@@ -168,6 +169,23 @@ def _life(rows: list[dict]) -> str:
 
 
 def _orbit(rows: list[dict]) -> str:
+    return (
+        f"## Orbits\n\n{max(r['frames'] for r in rows)} frames at 1° round each model, 8 radii, with shadows, the default life cycle, 192² "
+        "pixels of 2 × 2 samples, a texel a sample; all captures, those too that were thrown away; PSNR over both silhouettes "
+        "(99 = equal). Jump: the largest frame difference at "
+        "a renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer "
+        "than its texels is drawn as geometry and looked at again from every 15°.\n\n" + _orbits(rows)
+    )
+
+
+def _elsewhere(rows: list[dict]) -> str:
+    return (
+        "## Elsewhere\n\nThe weights and the limit of the predicted error were chosen by the orbits above. "
+        f"{max(r['frames'] for r in rows)} frames at 1° of another, at 5 radii from 50° above.\n\n" + _orbits(rows)
+    )
+
+
+def _orbits(rows: list[dict]) -> str:
     lines = [
         (
             r["model"],
@@ -183,13 +201,7 @@ def _orbit(rows: list[dict]) -> str:
         for r in rows
     ]
     head = ("model", "captures", "as geometry", "life × sprite's", "PSNR, median", "PSNR, worst", "below 26 dB", "jump", "true jump")
-    return (
-        f"## Orbits\n\n{max(r['frames'] for r in rows)} frames at 1° round each model, 8 radii, with shadows, the default life cycle, 192² "
-        "pixels of 2 × 2 samples, a texel a sample; all captures, those too that were thrown away; PSNR over both silhouettes "
-        "(99 = equal). Jump: the largest frame difference at "
-        "a renewal over the median frame difference; true jump: the largest of the geometry's own over their median. An object finer "
-        "than its texels is drawn as geometry and looked at again from every 15°.\n\n" + table(head, lines)
-    )
+    return table(head, lines)
 
 
 def _shadows(rows: list[dict]) -> str:

@@ -3,6 +3,7 @@
     predictors   every predictor against the pixels that a capture has really never seen
     pictures     sprite, forward warp, one layer, two layers, two captures against the geometry, 0…60°, 3…16 radii
     orbit        360° at 1° steps round each model, automatic, as the program does it by default: worst frame, jumps at renewals
+    elsewhere    a quarter of an orbit that the error's weights were not fitted on: 5 radii, 50° above
     life         the first third of it with sprites alone, without captures ahead, with other predictors, for the models drawn as impostors
     shadows      shadows on a floor cast by impostors against those of the triangles
     approach     three of the models approached from 16 to 3 radii: renewals that carry the predictors' edges over, against all anew
@@ -35,7 +36,7 @@ ANGLES, RADII = (0, 5, 10, 20, 30, 45, 60), (3.0, 8.0, 16.0)
 APPROACHED = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.glb")
 ONLY = {"life": (*APPROACHED, "robile_housing.obj", "amazing_hand.glb", "duplex_house.obj", "tray_bottom_mm.stl"), "approach": APPROACHED}
 """The models of tables that are not made of all: the four others are drawn as geometry at the films' size, finer than their texels."""
-TABLES = ("predictors", "pictures", "orbit", "life", "shadows", "approach", "speed")
+TABLES = ("predictors", "pictures", "orbit", "elsewhere", "life", "shadows", "approach", "speed")
 
 
 def predictors(stage: Stage, name: str) -> list[dict]:
@@ -156,6 +157,8 @@ def _rows(worker: GpuWorker, renderer: Renderer, chosen: argparse.Namespace, kin
     """One model's rows of a table."""
     if kind == "orbit":
         return impostor_films.orbit(renderer, name, chosen.degrees)
+    if kind == "elsewhere":
+        return impostor_films.elsewhere(renderer, name, chosen.degrees // 4)
     if kind == "life":
         return impostor_films.life(renderer, name, chosen.degrees // 3)
     if kind == "approach":

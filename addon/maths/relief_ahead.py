@@ -1,7 +1,7 @@
 """Where to capture from, for an eye that moves: not where it is, but where it is about to be. No GPU.
 
 A texture captured from the eye's own place is right there and wears out from then on. Captured from ahead it is first a little wrong, gets
-right as the eye comes up, and wears out behind: the same limit holds it for nearly twice as long. Our own; RI regenerates from the current
+right as the eye comes up, and wears out behind: the same limit holds it for longer. Our own; RI regenerates from the current
 camera (§5.1), which `LifeSettings.ahead` = 0 does.
 """
 
