@@ -90,15 +90,15 @@ class LifeSettings:
         return LIMITS[self.predictor] if self.limit is None else self.limit
 
 
-def share_wrong(openings: float, contours: float, turned_rad: float, resized: float, settings: LifeSettings) -> float:
-    """The share of an impostor's pixels that are wrong, by the edge sums: `(a·openings + b·contours + c·tan(turn)) / min(r, 1)²`.
+def share_wrong(openings: float, contours: float, turned_rad: float, shrunk: float, settings: LifeSettings) -> float:
+    """The share of an impostor's pixels that are wrong, by the edge sums: `(a·openings + b·contours + c·tan(turn)) / shrunk²`.
 
-    `openings` in shares of the pixels covered at capture, `contours` per texel, `resized` r the object's image over that at capture (by
-    its bounds, at the same distance): where less is seen of it, what is wrong, at its edges above all, stays. a, b, c: `settings`.
+    `openings` in shares of the pixels covered at capture, `contours` per texel, `shrunk` the object's image over that at capture (by its
+    bounds, at the same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`.
     Fitted to pictures (docs/findings.md).
     """
     turn = tan(min(turned_rad, settings.max_tilt_rad))
-    return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / min(resized, 1.0) ** 2
+    return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / shrunk**2
 
 
 @dataclass(frozen=True, slots=True)

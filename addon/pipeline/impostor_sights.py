@@ -36,8 +36,8 @@ TOO_FINE_TEXELS = 0.7
 """An object found finer than its texels is tried again from 15° aside, or with texels of this share of the size."""
 
 
-MOST_RESIZED = 20.0
-"""Seen this much larger or smaller than at capture, the bounds say nothing more of the object."""
+LEAST_SHRUNK = 0.05
+"""Seen this much smaller than at capture, the bounds say nothing more of the object."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,13 +114,13 @@ class _Boxes:
             box_area(np.stack([textures.frame.texels(part.hull_ws)[0] for part, textures in live])),
         )
 
-    def resized(self, view: View, texel_px: np.ndarray) -> np.ndarray:
-        """(T,) area of the image now over that at capture, with (T,) pixels per texel; within `MOST_RESIZED` and its inverse."""
+    def shrunk(self, view: View, texel_px: np.ndarray) -> np.ndarray:
+        """(T,) area of the image now over that at capture, with (T,) pixels per texel; from `LEAST_SHRUNK` to 1."""
         rows = pixel_from_clip(view.size) @ view.camera.clip_from_world
         image = self.corners_ws @ rows[:, :3].T + rows[:, 3]
         flat = image[..., :2] / np.maximum(image[..., 2:], 1e-9)
         then = np.where(np.isfinite(texel_px), self.captured * texel_px, np.inf)
-        return np.clip(box_area(flat) / np.maximum(then, 1e-9), 1.0 / MOST_RESIZED, MOST_RESIZED)
+        return np.clip(box_area(flat) / np.maximum(then, 1e-9), LEAST_SHRUNK, 1.0)
 
 
 class Sights:
@@ -139,7 +139,7 @@ class Sights:
     def look(self, parts: Sequence[Part], kept: Sequence[ImpostorTextures | None], view: View) -> list[Seen]:
         """One `Seen` per part; `kept` are the textures that they have."""
         live = [i for i, textures in enumerate(kept) if textures is not None and parts[i].triangles]
-        errors, betas, tilts, resized = self._predicted([(parts[i], kept[i]) for i in live], view)
+        errors, betas, tilts, shrunk = self._predicted([(parts[i], kept[i]) for i in live], view)
         places, columns = {i: place for place, i in enumerate(live)}, {name: column.tolist() for name, column in errors.items()}
         bounds = np.array([part.bounds_ws for part in parts]).reshape(-1, 2, 3)
         shown = visible(bounds, frustum_planes(view.camera.clip_from_world)) if len(parts) else np.zeros(0, bool)
@@ -153,7 +153,7 @@ class Sights:
                 seen.append(Seen(Sight(is_cut=True), None, {}))
             elif i in places and betas[places[i]].total < np.inf:
                 values = {name: column[places[i]] for name, column in columns.items()}
-                turn = float(tilts[places[i]]), float(resized[places[i]])
+                turn = float(tilts[places[i]]), float(shrunk[places[i]])
                 seen.append(self._with_texture(part, kept[i], betas[places[i]], turn, values, view))
             else:
                 seen.append(self._without_texture(part, view))
@@ -200,17 +200,17 @@ class Sights:
         exact = view.exact or view.life.predictor in EXACT
         _, textures, hulls, boxes = self._stacked
         errors = predict(textures, view.camera, view.size, exact)
-        return errors, *betas_of_set(hulls, view.camera, view.size), boxes.resized(view, errors["covered_px"] / textures.texels)
+        return errors, *betas_of_set(hulls, view.camera, view.size), boxes.shrunk(view, errors["covered_px"] / textures.texels)
 
     def _with_texture(
         self, part: Part, textures: ImpostorTextures, betas: Betas, turn: tuple[float, float], values: dict[str, float], view: View
     ) -> Seen:
         """What a capture from here would take follows from the texture that is there. `turn`: tilt and how much smaller it is seen."""
-        life, frame, (tilt, resized) = view.life, textures.frame, turn
+        life, frame, (tilt, shrunk) = view.life, textures.frame, turn
         texel_px = betas.texel / betas.screen
         predicted, contours, covered = values[life.predictor], textures.edges.contour_share, values["covered_px"]
         if life.predictor in SHARED:
-            predicted = share_wrong(predicted / covered, contours, tilt, resized, life) if 0.0 < covered < np.inf else np.inf
+            predicted = share_wrong(predicted / covered, contours, tilt, shrunk, life) if 0.0 < covered < np.inf else np.inf
         quad_px = frame.width * frame.height * texel_px**2
         room = min(quad_px * view.capture.texels_per_pixel**2, float(view.capture.max_texels) ** 2) * BYTES_PER_TEXEL
         costs = self._geometry_cost(part, view), quad_px * (view.pixel_ns or self.pixel_ns)

@@ -204,7 +204,6 @@ def test_the_share_of_wrong_pixels_weighs_openings_contours_and_the_turn_and_gro
     weighed = LifeSettings(opening=0.5, resampling=0.25, turning=0.125)
     assert share_wrong(0.1, 0.2, 0.0, 1.0, weighed) == pytest.approx(0.1)
     assert share_wrong(0.1, 0.2, 0.0, 0.5, weighed) == pytest.approx(0.4)
-    assert share_wrong(0.1, 0.2, 0.0, 4.0, weighed) == pytest.approx(0.1)
     assert share_wrong(0.0, 0.0, atan(0.4), 1.0, weighed) == pytest.approx(0.05)
     assert share_wrong(0.0, 0.0, 3.0, 1.0, weighed) == pytest.approx(0.125)
 
