@@ -130,7 +130,7 @@ class Sights:
     """
 
     def __init__(self) -> None:
-        self._stacked: tuple[tuple[int, ...], ReliefSet, BoundsSet, _Boxes] | None = None
+        self._stacked: tuple[tuple[bytes, ...], ReliefSet, BoundsSet, _Boxes] | None = None
         self._geometry_ns: dict[Hashable, tuple[int, float]] = {}
         self._pixel_ns: list[float] = []
         self.pixel_ns = START_PIXEL_NS
@@ -193,10 +193,10 @@ class Sights:
         """Predictors by name, Betas, tilts and how much smaller they are seen than at capture, of all that have a texture."""
         if not live:
             return {}, [], np.zeros(0), np.zeros(0)
-        marks = tuple(mark for part, textures in live for mark in (id(textures), part.hull_ws.tobytes()))
-        if self._stacked is None or self._stacked[0] != marks:
+        members, corners = tuple(t.edges for _, t in live), tuple(part.hull_ws.tobytes() for part, _ in live)
+        if self._stacked is None or not _are(self._stacked[1].members, members) or self._stacked[0] != corners:
             hulls = bounds_set([t.frame for _, t in live], [p.hull_ws for p, _ in live])
-            self._stacked = marks, relief_set([t.edges for _, t in live]), hulls, _Boxes.of(live)
+            self._stacked = corners, relief_set(members), hulls, _Boxes.of(live)
         exact = view.exact or view.life.predictor in EXACT
         _, textures, hulls, boxes = self._stacked
         errors = predict(textures, view.camera, view.size, exact)
@@ -240,6 +240,11 @@ class Sights:
         if before is None or frame is None:
             return False
         return frame.texel_m > TOO_FINE_TEXELS * before.texel_m and tilt_rad(before, camera) <= TOO_FINE_TILT_RAD
+
+
+def _are(kept: Sequence[object], wanted: Sequence[object]) -> bool:
+    """Whether they are the very same objects. (`id` would not tell: it goes to a new object once the old one is gone.)"""
+    return len(kept) == len(wanted) and all(one is other for one, other in zip(kept, wanted, strict=True))
 
 
 def _nanoseconds(draw: Callable[[], None]) -> float:

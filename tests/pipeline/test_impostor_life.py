@@ -79,6 +79,19 @@ def test_the_error_reported_is_of_what_is_shown_and_within_the_limit(film):
             assert report.error == pytest.approx(LifeSettings().resampling * report.edges.contour_share)
 
 
+def test_predictions_are_of_the_edges_there_are_and_not_of_those_there_were(film, renderer):
+    """As when a new texture comes to lie where an old one lay in memory."""
+    film(orbit(0.0))
+    before = film(orbit(0.1)).impostors[0].errors["edge_fast_px"]
+
+    def other_edges(context):
+        textures = library_of(device_of(context, renderer.worker)).textures("parts")
+        textures.edges = replace(textures.edges, sums=2.0 * textures.edges.sums, totals=textures.edges.totals * [2.0, 1.0, 1.0, 1.0])
+
+    renderer.worker.call(other_edges)
+    assert film(orbit(0.1)).impostors[0].errors["edge_fast_px"] == pytest.approx(2.0 * before)
+
+
 def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(film, renderer):
     rules = replace(ALL, life=LifeSettings())
     turned = []
