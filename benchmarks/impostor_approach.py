@@ -9,12 +9,11 @@ import numpy as np
 
 from addon.maths.relief_edges import ReliefEdges
 from addon.maths.relief_error import predict_one
-from addon.maths.relief_picture import psnr_db
 from addon.pipeline import impostor_life
 from addon.pipeline.device import device_of
 from addon.pipeline.impostor_capture import capture
 from addon.pipeline.renderer import Renderer
-from benchmarks.impostor_films import SIDE, Film, filmed, whole
+from benchmarks.impostor_films import SIDE, filmed, whole
 from benchmarks.impostor_stage import Stage, load
 
 FRAMES, BEGIN, END = 60, 16.0, 3.0
@@ -41,16 +40,12 @@ def approach(renderer: Renderer, name: str) -> list[dict]:
         "captures": len(renewed),
         "carried": len(carried),
         "captures_anew": anew.stages.count("regenerated"),
-        "psnr_min": _worst(shown, real),
-        "psnr_min_anew": _worst(anew, real),
+        "psnr_min": min(shown.quality_db(real)),
+        "psnr_min_anew": min(anew.quality_db(real)),
     }
     if carried:
         row |= renderer.worker.call(lambda context: _compared(Stage(device_of(context, renderer.worker), scene), carried))
     return [row]
-
-
-def _worst(shown: Film, real: Film) -> float:
-    return min(psnr_db(a, b, u) for (a, u), (b, _) in zip(shown.frames, real.frames, strict=True))
 
 
 def _compared(stage: Stage, carried: list[tuple[ReliefEdges, float]]) -> dict:

@@ -43,6 +43,10 @@ class Film:
         """What was done in each frame."""
         return [report.stage for report in self.reports]
 
+    def quality_db(self, real: Film) -> list[float]:
+        """PSNR of every frame against another film's, over both silhouettes; equal ones 99."""
+        return [min(psnr_db(a, b, u), 99.0) for (a, u), (b, _) in zip(self.frames, real.frames, strict=True)]
+
     def differences(self) -> np.ndarray:
         """Mean absolute difference of every frame from the one before."""
         return np.array([np.abs(a[0] - b[0]).mean() for a, b in zip(self.frames[1:], self.frames[:-1], strict=True)])
@@ -98,7 +102,7 @@ def lived(renderer: Renderer, name: str, path: Orbit, life: LifeSettings) -> dic
     scene, real = load(name), truth(renderer, name, path)
     stage = Stage(None, scene)
     shown = filmed(renderer, scene, path.cameras(stage), whole(scene, life))
-    quality = [min(psnr_db(a, b, u), 99.0) for (a, u), (b, _) in zip(shown.frames, real.frames, strict=True)]
+    quality = shown.quality_db(real)
     jumps, true_jumps = shown.differences(), real.differences()
     renewed = np.array([s == "regenerated" for s in shown.stages[1:]])
     return {
@@ -123,13 +127,13 @@ def orbit(renderer: Renderer, name: str, degrees: int) -> list[dict]:
 
 
 def elsewhere(renderer: Renderer, name: str, degrees: int) -> list[dict]:
-    """The same on a path that no constant was chosen by: nearer and from higher up."""
-    return [lived(renderer, name, Orbit(degrees, 50.0, 5.0), LifeSettings())]
+    """The same on the first quarter of a path that no constant was chosen by: nearer and from higher up."""
+    return [lived(renderer, name, Orbit(degrees // 4, 50.0, 5.0), LifeSettings())]
 
 
 def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
-    """One orbit per life cycle."""
-    return [lived(renderer, name, Orbit(degrees), rules) | {"way": way} for way, rules in LIVES.items()]
+    """The first third of an orbit per life cycle."""
+    return [lived(renderer, name, Orbit(degrees // 3), rules) | {"way": way} for way, rules in LIVES.items()]
 
 
 def sprite_degrees(stage: Stage, path: Orbit) -> float:

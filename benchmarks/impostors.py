@@ -36,6 +36,8 @@ ANGLES, RADII = (0, 5, 10, 20, 30, 45, 60), (3.0, 8.0, 16.0)
 APPROACHED = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.glb")
 ONLY = {"life": (*APPROACHED, "robile_housing.obj", "amazing_hand.glb", "duplex_house.obj", "tray_bottom_mm.stl"), "approach": APPROACHED}
 """The models of tables that are not made of all: the four others are drawn as geometry at the films' size, finer than their texels."""
+ORBITS = {"orbit": impostor_films.orbit, "elsewhere": impostor_films.elsewhere, "life": impostor_films.life}
+FILMS = {"shadows": impostor_films.shadows, "approach": impostor_approach.approach}
 TABLES = ("predictors", "pictures", "orbit", "elsewhere", "life", "shadows", "approach", "speed")
 
 
@@ -155,16 +157,10 @@ def main() -> None:
 
 def _rows(worker: GpuWorker, renderer: Renderer, chosen: argparse.Namespace, kind: str, name: str) -> list[dict]:
     """One model's rows of a table."""
-    if kind == "orbit":
-        return impostor_films.orbit(renderer, name, chosen.degrees)
-    if kind == "elsewhere":
-        return impostor_films.elsewhere(renderer, name, chosen.degrees // 4)
-    if kind == "life":
-        return impostor_films.life(renderer, name, chosen.degrees // 3)
-    if kind == "approach":
-        return impostor_approach.approach(renderer, name)
-    if kind == "shadows":
-        return impostor_films.shadows(renderer, name)
+    if kind in ORBITS:
+        return ORBITS[kind](renderer, name, chosen.degrees)
+    if kind in FILMS:
+        return FILMS[kind](renderer, name)
     measure = {"predictors": predictors, "pictures": lambda stage, n: pictures(stage, n, chosen.radii)}[kind]
     return worker.call(lambda context: measure(Stage(device_of(context, worker), load(name)), name))
 

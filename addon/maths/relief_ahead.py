@@ -11,6 +11,7 @@ import numpy as np
 
 from .relief import CaptureFrame
 from .relief_views import towards_eye
+from .spaces import angle_between
 from .view import Camera
 
 STEADY = 0.5
@@ -30,14 +31,10 @@ def ahead_of(worn: CaptureFrame, before: Camera, camera: Camera, centre_ws: np.n
     then, now = (towards_eye(view, centre_ws)[0] for view in (before, camera))
     eye = worn.world_from_plane @ worn.eye
     captured = eye[:3] - eye[3] * centre_ws
-    axis, step_rad, worn_rad = np.cross(then, now), _between(then, now), _between(captured, now)
+    step_rad, worn_rad = (float(angle_between(earlier, now)) for earlier in (then, captured))
     if not 1e-9 < step_rad <= STEADY * worn_rad:
         return None
-    return camera.carried(centre_ws, share * worn_rad, axis)
-
-
-def _between(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+    return camera.carried(centre_ws, share * worn_rad, np.cross(then, now))
 
 
 def next_share(share: float, found: float, wanted: float) -> float:

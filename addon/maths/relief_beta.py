@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .relief import CaptureFrame
+from .spaces import angle_between, cross, length
 from .view import Camera
 
 
@@ -74,9 +75,9 @@ def betas_of_set(bounds: BoundsSet, camera: Camera, size: tuple[int, int]) -> tu
     both_near = (rest[3] != 0.0) & (not far)
     trans_p = np.where(both_near, _largest(bounds, parallel), total)
     trans_n = np.where(both_near, _largest(bounds, normal), 0.0)
-    texel = bounds.texel / (1.0 if far else _length(now))
+    texel = bounds.texel / (1.0 if far else length(now))
     columns = [np.where(before, x, np.inf).tolist() for x in (trans_p, trans_n, total, texel)]
-    return [Betas(screen, *values) for values in zip(*columns, strict=True)], _angle(then, now)
+    return [Betas(screen, *values) for values in zip(*columns, strict=True)], angle_between(then, now)
 
 
 def betas(frame: CaptureFrame, hull_ws: np.ndarray, camera: Camera, size: tuple[int, int]) -> Betas:
@@ -106,20 +107,5 @@ def _true_and_shown(frame: CaptureFrame, hull_ws: np.ndarray) -> tuple[np.ndarra
 def _largest(bounds: BoundsSet, eye: np.ndarray) -> np.ndarray:
     """(T,) largest angle between `points` and `shown` from `eye` (4, T); largest distance across the view for eyes at infinity."""
     if not eye[3].any():
-        return _length(_cross(bounds.points - bounds.shown, (eye[:3] / _length(eye[:3]))[:, None])).max(axis=0)
-    return _angle(bounds.points - eye[:3, None], bounds.shown - eye[:3, None]).max(axis=0)
-
-
-def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(…) 0…π between vectors (3, …)."""
-    return np.arctan2(_length(_cross(a, b)), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The components (…) of the cross products of vectors (3, …)."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _length(a: Sequence[np.ndarray]) -> np.ndarray:
-    """(…) of vectors given by their three components."""
-    return np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+        return length(cross(bounds.points - bounds.shown, (eye[:3] / length(eye[:3]))[:, None])).max(axis=0)
+    return angle_between(bounds.points - eye[:3, None], bounds.shown - eye[:3, None]).max(axis=0)

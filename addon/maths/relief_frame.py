@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import SceneError
 from .choices import require
 from .relief import ORTHOGRAPHIC_SOURCE, CaptureFrame, eye_in_plane, pixel_from_clip
+from .spaces import angle_between
 from .view import Camera
 
 SMALLEST_DISTANCE = 0.05
@@ -155,7 +156,7 @@ def tilt_rad(frame: CaptureFrame, camera: Camera) -> float:
     middle = np.array([*frame.centre_uv, 0.0])
     metres = np.array([frame.texel_m, frame.texel_m, 1.0])
     then, now = ((eye[:3] - eye[3] * middle) * metres for eye in (frame.eye, eye_in_plane(frame, camera)))
-    return float(np.arctan2(np.linalg.norm(np.cross(then, now)), then @ now))
+    return float(angle_between(then, now))
 
 
 def is_at_capture(frame: CaptureFrame, camera: Camera) -> bool:

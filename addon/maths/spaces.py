@@ -5,6 +5,7 @@ Matrices say target from source and act on column vectors; points are rows (CONV
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import tan
 
 import numpy as np
@@ -20,6 +21,21 @@ def transform(target_from_source: np.ndarray, points: np.ndarray) -> np.ndarray:
 def divide(points_h: np.ndarray) -> np.ndarray:
     """(…, 4) homogeneous → (…, 3). Domain: w ≠ 0."""
     return points_h[..., :3] / points_h[..., 3:]
+
+
+def cross(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The components (…) of the cross products of vectors (3, …)."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def length(a: Sequence[np.ndarray]) -> np.ndarray:
+    """(…) of vectors (3, …)."""
+    return np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+def angle_between(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> np.ndarray:
+    """(…) 0…π between vectors (3, …), exact for small angles too."""
+    return np.arctan2(length(cross(a, b)), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def translation(offset: np.ndarray) -> np.ndarray:

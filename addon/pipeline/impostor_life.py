@@ -163,13 +163,13 @@ class ImpostorLibrary:
         actions = _asked(decide(states, [s.sight for s in sights], choice.life), states, sights, choice)
         geometry_rows, drawn, reports = np.ones(len(scene.instances), bool), [], []
         for part, state, seen, action, number in zip(parts, states, sights, actions, numbers, strict=True):
-            action = self._do(part, seen, action, draw_list, view, choice, number)
+            action, shown = self._do(part, seen, action, draw_list, view, choice, number)
             self._states[part.group.key] = replace(advance(state, action, seen.sight), bytes=self._bytes(part.group.key))
             if action.stage not in ("geometry", "hidden"):
                 drawn.append(self._drawn(part, action, camera, choice))
             if action.stage != "geometry":
                 geometry_rows &= ~part.rows
-            reports.append(self._report(part, seen, action, view, choice))
+            reports.append(self._report(part, seen, shown, action, choice))
         self._ahead.moved_to(camera)
         saved = sum(r.triangles for r in reports if r.stage not in ("geometry", "hidden"))
         return ImpostorFrame(geometry_rows, tuple(drawn), tuple(reports), saved)
@@ -256,8 +256,9 @@ class ImpostorLibrary:
 
     def _do(
         self, part: Part, seen: Seen, action: Action, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
-    ) -> Action:
-        """Capture or evict as decided (`number`: which direction of a set); a capture that shows nothing turns into geometry."""
+    ) -> tuple[Action, Seen]:
+        """Capture or evict as decided (`number`: which direction of a set); a capture that shows nothing turns into geometry. Returns what
+        was done, and the sight of what there is now."""
         key = part.group.key
         if action.evict:
             if seen.sight.is_too_fine and key in self._textures:
@@ -266,40 +267,41 @@ class ImpostorLibrary:
         if not action.regenerate:
             if action.fade >= 1.0 and key in self._old:
                 self._old.pop(key).release()
-            return action
+            return action, seen
         try:
-            fresh = self._captured(part, seen, draw_list, view, choice, number)
+            fresh, shown = self._captured(part, seen, draw_list, view, choice, number)
         except (SceneError, GpuError) as error:
             self._drop(key)
-            return Action(key, "geometry", evict=True, reason=str(error))
+            return Action(key, "geometry", evict=True, reason=str(error)), seen
         if fresh.edges.contour_share > choice.life.finest:
             self._look.remember_too_fine(key, fresh.frame)
             fresh.release()
             self._drop(key)
-            return Action(key, "geometry", evict=True, reason=TOO_FINE)
+            return Action(key, "geometry", evict=True, reason=TOO_FINE), seen
         self._keep(key, fresh, view, choice, number)
         if choice.never_dearer and choice.pixel_ns is None:
             self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.method)
-        return action if fresh.edges.gathered is None else replace(action, reason=f"{action.reason}; {CARRIED}")
+        return action if fresh.edges.gathered is None else replace(action, reason=f"{action.reason}; {CARRIED}"), shown
 
     def _captured(
         self, part: Part, seen: Seen, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
-    ) -> ImpostorTextures:
-        """A new capture: from ahead of an eye that moves on, where that is good enough here, else from here."""
+    ) -> tuple[ImpostorTextures, Seen]:
+        """A new capture and the sight of it: from ahead of an eye that moves on, where that is good enough here, else from here."""
 
-        def taken(frame: CaptureFrame) -> ImpostorTextures:
+        def taken(frame: CaptureFrame) -> tuple[ImpostorTextures, Seen]:
             self._captures[key] += 1
             known = _known(worn, frame, choice) if renews else None
-            return capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges, known=known)
+            fresh = capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges, known=known)
+            return fresh, self._look.look_at(part, fresh, view)
 
         key, worn = part.group.key, self._textures.get(part.group.key)
         renews = worn is not None and worn.fingerprint == self._fingerprint(part, draw_list) and number is None
         if renews and choice.mode == "automatic":
             ahead = self._ahead.frame(part, worn, view)
             if ahead is not None:
-                fresh = taken(ahead)
-                if self._ahead.holds(key, self._look.look_at(part, fresh, view).sight, view.life):
-                    return fresh
+                fresh, shown = taken(ahead)
+                if self._ahead.holds(key, shown.sight, view.life):
+                    return fresh, shown
                 fresh.release()
         return taken(seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.capture))
 
@@ -330,10 +332,9 @@ class ImpostorLibrary:
             textures, part.hull_ws, at_rest or action.stage == "sprite", choice.method, action.fade, old, others, choice.fill
         )
 
-    def _report(self, part: Part, seen: Seen, action: Action, view: View, choice: ImpostorChoice) -> ImpostorReport:
+    def _report(self, part: Part, seen: Seen, shown: Seen, action: Action, choice: ImpostorChoice) -> ImpostorReport:
         key = part.group.key
         textures, state = self._textures.get(key), self._states[key]
-        shown = self._look.look_at(part, textures, view) if action.regenerate and textures else seen
         size = (textures.frame.width, textures.frame.height) if textures else (0, 0)
         return ImpostorReport(
             key,

@@ -1,5 +1,6 @@
 """Edges carried over to a nearer capture: against themselves from the same eye, against edges gathered anew, and against what is unseen."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from addon.maths.relief_carry import carried, carries
 from addon.maths.relief_edges import ReliefEdges, relief_edges
 from addon.maths.relief_error import EXACT, PREDICTORS, predict_one
 from addon.maths.relief_frame import CaptureChoice
+from addon.maths.view import Camera
 from tests.maths.relief_rigs import look_at, random_eye
 from tests.maths.relief_scenes import Capture, Solids, capture, machine, orbit
 
@@ -32,16 +34,21 @@ def _from(solids: Solids, distance: float, turn: float = 0.0, **choice) -> tuple
     return capture(solids, camera, SIZE, CaptureChoice(**choice)), camera
 
 
-@given(st.integers(0, 2**32 - 1), st.booleans())
-@settings(max_examples=5, deadline=None)
-def test_in_the_same_frame_carried_edges_predict_what_they_did(seed, perspective):
+def _machine_seen(seed: int, perspective: bool) -> tuple[Solids, Capture, Iterator[Camera]]:
+    """A random machine, a capture of it, and eyes to look at it from."""
     rng = np.random.default_rng(seed)
     solids = machine(rng)
     seen, camera = _from(solids, 12.0, perspective=perspective)
+    return solids, seen, (random_eye(rng, solids.hull, camera, False) for _ in range(3))
+
+
+@given(st.integers(0, 2**32 - 1), st.booleans())
+@settings(max_examples=5, deadline=None)
+def test_in_the_same_frame_carried_edges_predict_what_they_did(seed, perspective):
+    _, seen, eyes = _machine_seen(seed, perspective)
     edges = _gathered(seen)
     again = _over(edges, seen)
-    for _ in range(3):
-        eye = random_eye(rng, solids.hull, camera, False)
+    for eye in eyes:
         before, after = predict_one(edges, eye, SIZE), predict_one(again, eye, SIZE)
         for name in (*PREDICTORS, "covered_px"):
             assert after[name] == pytest.approx(before[name], rel=1e-3, abs=0.1)
@@ -52,13 +59,10 @@ def test_in_the_same_frame_carried_edges_predict_what_they_did(seed, perspective
 @settings(max_examples=5, deadline=None)
 def test_finer_texels_for_the_same_eye_change_no_prediction_in_pixels(seed, perspective):
     """The edges are the same pieces in space: only a pair's place, half a texel from the outline, moves."""
-    rng = np.random.default_rng(seed)
-    solids = machine(rng)
-    seen, camera = _from(solids, 12.0, perspective=perspective)
+    solids, seen, eyes = _machine_seen(seed, perspective)
     fine, _ = _from(solids, 12.0, perspective=perspective, texels_per_pixel=1.7)
     edges, over = _gathered(seen), _over(_gathered(seen), fine)
-    for _ in range(3):
-        eye = random_eye(rng, solids.hull, camera, False)
+    for eye in eyes:
         before, after = predict_one(edges, eye, SIZE), predict_one(over, eye, SIZE)
         if np.isfinite(before["covered_px"]):
             for name in EXACT:
