@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from contextlib import ExitStack
 from functools import partial
 from typing import TypeVar
 
 import moderngl
 
 from ..maths.projection import ShadowPlan
+from .allocation import allocating, freed_with
 from .context import GpuWorker
 from .gbuffer_pass import GBuffer
 from .geometry import GeometryStore
@@ -19,7 +21,8 @@ from .shade_pass import ShadePass, ShadeTarget
 from .shadow_pass import ShadowMaps
 
 PLAIN = TestChoice()
-
+_PICTURE = "a picture of this size", "choose a smaller one"
+_WANTED = {"shadow": ("these shadow maps", "lower Map Size or Partitions")}
 
 Attached = TypeVar("Attached")
 
@@ -58,7 +61,7 @@ class Device:
         if linked:
             pools["u_links"] = (store.linked(), "r32ui")
         return {
-            name: self._keep(name, (pool.glo, pool.size), partial(BufferTexture, self.context, pool, kind))
+            name: self._keep(name, (pool.glo, pool.size, store.pools), partial(BufferTexture, self.context, pool, kind))
             for name, (pool, kind) in pools.items()
         }
 
@@ -77,7 +80,11 @@ class Device:
                 self.unbind()
                 kept[1].release()
                 del self._kept[kind]
-            self._kept[kind] = (key, make())
+            with ExitStack() as made:
+                with allocating(self.context, *_WANTED.get(kind, _PICTURE)):
+                    thing = freed_with(made, make())
+                made.pop_all()
+            self._kept[kind] = (key, thing)
         return self._kept[kind][1]
 
     def release(self) -> None:

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from ..errors import GpuError
+from .allocation import allocating, buffer_texture_limit
 from .clusters import cluster_bounds, clustered, longest_edges, morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .octahedral import packed_octahedral
@@ -41,28 +43,48 @@ class _Part:
 
 
 class GeometryStore:
-    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene. `state` counts the scenes: equal, nothing changed."""
+    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene. `state` counts the scenes: equal, nothing changed.
+
+    `pools` counts how often the buffers were made afresh: a driver gives a freed buffer's name to the next one.
+    """
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
-        self._vertices, self._indices = Ranges(INITIAL_VERTICES), Ranges(INITIAL_INDICES)
-        self._slots = Ranges(1024)
-        self.positions = context.buffer(reserve=INITIAL_VERTICES * 12)
-        self.normals = context.buffer(reserve=INITIAL_VERTICES * 4)
-        self.vertex_slots = context.buffer(reserve=INITIAL_VERTICES * 4)
-        self.indices = context.buffer(reserve=INITIAL_INDICES * 4)
-        self.links = SurfaceLinks(context)
-        self._parts: dict[Hashable, _Part] = {}
-        self._scene: Scene | None = None
         self._draw_list: DrawList | None = None
         self.uploaded_meshes = 0
-        self.state = 0
+        self.state = self.pools = 0
+        self._begin()
+
+    def _begin(self) -> None:
+        """Empty pools, as long as shaders can read them."""
+        self.pools += 1
+        texels = buffer_texture_limit(self._context)
+        self._vertices, self._indices = Ranges(INITIAL_VERTICES, texels // 3), Ranges(INITIAL_INDICES, texels)
+        self._slots = Ranges(1024)
+        vertices = self._vertices.capacity
+        self.positions, self.normals, self.vertex_slots = (self._context.buffer(reserve=vertices * size) for size in (12, 4, 4))
+        self.indices = self._context.buffer(reserve=self._indices.capacity * 4)
+        self.links = SurfaceLinks(self._context)
+        self._parts: dict[Hashable, _Part] = {}
+        self._scene: Scene | None = None
 
     def sync(self, scene: Scene) -> DrawList:
-        """Bring the GPU to `scene` and return what to draw. The same scene costs nothing; unchanged meshes are not uploaded again."""
+        """Bring the GPU to `scene` and return what to draw. The same scene costs nothing; unchanged meshes are not uploaded again.
+
+        Raises `GpuError` when it does not fit; then nothing is kept.
+        """
         if scene is self._scene and self._draw_list is not None:
             return self._draw_list
         self._scene, self.state = None, self.state + 1
+        try:
+            with allocating(self._context, "the meshes of this scene", "hide or simplify parts of it"):
+                return self._synced(scene)
+        except GpuError:
+            self.release()
+            self._begin()
+            raise
+
+    def _synced(self, scene: Scene) -> DrawList:
         baked, instanced = _plan(scene)
         self._free_missing(set(baked) | set(instanced))
         self._upload_baked(scene, {k: r for k, r in baked.items() if k not in self._parts})

@@ -14,6 +14,7 @@ import moderngl
 import numpy as np
 
 from ..errors import GpuError
+from .allocation import check_buffer_texture
 
 GL_DEPTH_CLAMP = 0x864F
 _TRIANGLES, _UNSIGNED_INT = 0x0004, 0x1405
@@ -39,6 +40,7 @@ BUFFER_FORMATS = {
     "rgb32ui": 0x8D71,
     "rgba32ui": 0x8D70,
 }
+_CHANNELS = {"r": 1, "rg": 2, "rgb": 3, "rgba": 4}
 
 _uint, _int, _void = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p
 _names = ctypes.POINTER(_uint)
@@ -201,6 +203,7 @@ class LayerFramebuffer(_Owned):
         raw.DrawBuffers(len(targets), (_uint * len(targets))(*targets))
         raw.ReadBuffer(targets[0])
         if raw.CheckFramebufferStatus(_FRAMEBUFFER) != _COMPLETE:
+            self.release()
             raise GpuError("The driver refused a 32-bit float depth layer as a shadow map: update the graphics driver.")
         self.framebuffer = context.detect_framebuffer(self.glo)
         _ = context.error  # moderngl asks a layer for its size as if it were a plain texture, which GL refuses, harmlessly
@@ -227,6 +230,7 @@ class BufferTexture(_Owned):
     """A buffer seen as a one-dimensional texture (`samplerBuffer`, `usamplerBuffer`); formats in `BUFFER_FORMATS`."""
 
     def __init__(self, context: moderngl.Context, buffer: moderngl.Buffer, texel_format: str) -> None:
+        check_buffer_texture(context, buffer.size // (4 * _CHANNELS[texel_format.partition("32")[0]]))
         super().__init__(context, "Textures")
         self.raw.BindTexture(_TEXTURE_BUFFER, self.glo)
         self.raw.TexBuffer(_TEXTURE_BUFFER, BUFFER_FORMATS[texel_format], buffer.glo)

@@ -16,6 +16,7 @@ from ..errors import GpuError, SceneError
 from ..maths.relief import CaptureFrame, depth_from_relief, shift_unit
 from ..maths.relief_carry import carried
 from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
+from .allocation import allocating
 from .device import Device
 from .draw_list import DrawList
 from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels
@@ -100,13 +101,14 @@ def capture(
 
     `known`: edges of a capture of the same from farther away, to be carried over (where `relief_carry.carries`) instead of gathered anew.
 
-    Raises `SceneError` when nothing of them is seen, `GpuError` when the frame exceeds the driver's texture size.
+    Raises `SceneError` when nothing of them is seen, `GpuError` when the frame exceeds the driver's texture size or memory.
     """
     limit = device.context.info["GL_MAX_TEXTURE_SIZE"]
     if SAMPLES * max(frame.width, frame.height) > limit:
         size = f"{frame.width}×{frame.height}"
         raise GpuError(f"An impostor of {size} texels exceeds this driver's limit of {limit // SAMPLES}: lower its resolution.")
-    texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back and known is None)
+    with allocating(device.context, f"an impostor of {frame.width}×{frame.height} texels", "lower its resolution"):
+        texels, last = draw_texels(device, draw_list, rows, frame, with_back, with_last=with_back and known is None)
     try:
         layers = read_texture(texels.layers)
         mask = layers[..., 0] < EMPTY

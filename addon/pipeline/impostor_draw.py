@@ -15,6 +15,7 @@ import numpy as np
 from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp, shift_unit
 from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
+from .allocation import allocating
 from .device import Device
 from .gbuffer_pass import GBuffer
 from .impostor_capture import CONTINUOUS_TEXELS, ImpostorTextures
@@ -139,9 +140,10 @@ class _Prewarped:
     def __init__(self, device: Device, source: _Source, frame: CaptureFrame, warp: ReliefWarp, extent: np.ndarray) -> None:
         context = device.context
         size = tuple(int(n) for n in extent[1] - extent[0])
-        texels = ImpostorTexels.of_size(context, size)
-        self._depth = context.depth_texture(size)
-        self._framebuffer = context.framebuffer([texels.layers, texels.both_normals, texels.both_ids], self._depth)
+        with allocating(context, f"an impostor of {size[0]}×{size[1]} texels", "lower its resolution"):
+            texels = ImpostorTexels.of_size(context, size)
+            self._depth = context.depth_texture(size)
+            self._framebuffer = context.framebuffer([texels.layers, texels.both_normals, texels.both_ids], self._depth)
         self._framebuffer.use()
         self._framebuffer.clear(red=float(EMPTY))
         context.enable_only(moderngl.DEPTH_TEST)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
+
 import moderngl
 
 from ..maths.projection import ShadowPlan
+from .allocation import freed_with
 from .gl_raw import DepthArray, LayerFramebuffer
 from .programs import SAMPLER_UNITS, Programs, set_uniforms
 from .shadow_test import neighbour_define
@@ -18,11 +21,12 @@ class NsmCells:
     def __init__(self, context: moderngl.Context, size: int, layers: int, depths: int, ids: moderngl.TextureArray | None) -> None:
         targets = -(-depths // PER_TARGET)
         self._context, self._depths, self._map_ids = context, depths, ids
-        self.depths = [context.texture_array((size, size, layers), 4, dtype="f4") for _ in range(targets)]
-        self.ids = [context.texture_array((size, size, layers), 4, dtype="u4") for _ in range(targets)] if ids is not None else []
-        for texture in (*self.depths, *self.ids):
-            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._framebuffers = [LayerFramebuffer(context, None, layer, (*self.depths, *self.ids)) for layer in range(layers)]
+        with ExitStack() as made:
+            self.depths = [freed_with(made, _cells(context, size, layers, "f4")) for _ in range(targets)]
+            self.ids = [freed_with(made, _cells(context, size, layers, "u4")) for _ in range(targets)] if ids is not None else []
+            arrays = (*self.depths, *self.ids)
+            self._framebuffers = [freed_with(made, LayerFramebuffer(context, None, layer, arrays)) for layer in range(layers)]
+            self._made = made.pop_all()
         self._array: moderngl.VertexArray | None = None
 
     def inputs(self) -> dict[str, moderngl.TextureArray]:
@@ -51,6 +55,12 @@ class NsmCells:
 
     def release(self) -> None:
         """Free the arrays and their framebuffers."""
-        for thing in (*self._framebuffers, *self.depths, *self.ids, self._array):
-            if thing is not None:
-                thing.release()
+        if self._array is not None:
+            self._array.release()
+        self._made.close()
+
+
+def _cells(context: moderngl.Context, size: int, layers: int, dtype: str) -> moderngl.TextureArray:
+    array = context.texture_array((size, size, layers), 4, dtype=dtype)
+    array.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return array

@@ -7,10 +7,12 @@ drawn as lines, they leave their ids there, for the exact test to start from. On
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 
 import moderngl
 
 from ..maths.projection import ShadowPlan, ShadowProjection
+from .allocation import freed_with
 from .gl_raw import DepthArray, LayerFramebuffer, id_array
 
 
@@ -19,9 +21,11 @@ class OutlineIds:
 
     def __init__(self, context: moderngl.Context, size: int, layers: int) -> None:
         self._context = context
-        self._depth = DepthArray(context, size, layers)
-        self.ids = id_array(context, size, layers, 2)
-        self._framebuffers = [LayerFramebuffer(context, self._depth, layer, [self.ids]) for layer in range(layers)]
+        with ExitStack() as made:
+            self._depth = freed_with(made, DepthArray(context, size, layers))
+            self.ids = freed_with(made, id_array(context, size, layers, 2))
+            self._framebuffers = [freed_with(made, LayerFramebuffer(context, self._depth, layer, [self.ids])) for layer in range(layers)]
+            self._made = made.pop_all()
 
     def draw(self, plan: ShadowPlan, draw_one: Callable[[ShadowProjection], int]) -> int:
         """Fill every layer by `draw_one`, which draws the casters as into the map itself; returns the triangles sent."""
@@ -37,5 +41,4 @@ class OutlineIds:
 
     def release(self) -> None:
         """Free the arrays and their framebuffers."""
-        for thing in (*self._framebuffers, self.ids, self._depth):
-            thing.release()
+        self._made.close()

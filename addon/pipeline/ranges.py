@@ -6,11 +6,12 @@ from bisect import insort
 
 
 class Ranges:
-    """Ranges [start, start + count) of a capacity that grows by doubling."""
+    """Ranges [start, start + count) of a capacity that grows by doubling, and beyond `most` only as far as it must."""
 
-    def __init__(self, capacity: int) -> None:
-        self.capacity = capacity
-        self._free: list[tuple[int, int]] = [(0, capacity)]
+    def __init__(self, capacity: int, most: int | None = None) -> None:
+        self.capacity = capacity if most is None else min(capacity, most)
+        self._most = most
+        self._free: list[tuple[int, int]] = [(0, self.capacity)]
 
     def allocate(self, count: int) -> int | None:
         """The start of a free range of that many units, or None when none is long enough (then `grow`)."""
@@ -28,6 +29,8 @@ class Ranges:
         target = self.capacity
         while target - self.capacity < needed:
             target *= 2
+        if self._most is not None and target > self._most:
+            target = max(self._most, self.capacity + needed)
         self.free(self.capacity, target - self.capacity)
         self.capacity = target
 

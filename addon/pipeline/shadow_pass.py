@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from contextlib import ExitStack
 from functools import partial
 
 import moderngl
@@ -10,6 +11,7 @@ import numpy as np
 
 from ..errors import GpuError
 from ..maths.projection import ShadowPlan, ShadowProjection
+from .allocation import freed_with
 from .clusters import frustum_planes
 from .draw_list import DrawList
 from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, id_array
@@ -43,21 +45,19 @@ class ShadowMaps:
         check_maps(size, layers, ids_kind(test), test.depths > 1 or test.has_outlines)
         self.size, self.layers = size, layers
         self.holds: Hashable = None
-        self.depth = DepthArray(context, size, layers)
         self.ids_kind = ids_kind(test)
-        self.ids = id_array(context, size, layers, self.ids_kind) if self.ids_kind else None
-        colors = [self.ids] if self.ids_kind else []
-        self.framebuffers = [LayerFramebuffer(context, self.depth, layer, colors) for layer in range(layers)]
-        self.outlines = OutlineIds(context, size, layers) if test.has_outlines else None
-        self.cells = NsmCells(context, size, layers, test.depths, self.ids) if test.depths > 1 else None
+        with ExitStack() as made:  # what is there when something fails is freed
+            self.depth = freed_with(made, DepthArray(context, size, layers))
+            self.ids = freed_with(made, id_array(context, size, layers, self.ids_kind)) if self.ids_kind else None
+            colors = [self.ids] if self.ids_kind else []
+            self.framebuffers = [freed_with(made, LayerFramebuffer(context, self.depth, layer, colors)) for layer in range(layers)]
+            self.outlines = freed_with(made, OutlineIds(context, size, layers)) if test.has_outlines else None
+            self.cells = freed_with(made, NsmCells(context, size, layers, test.depths, self.ids)) if test.depths > 1 else None
+            self._made = made.pop_all()
 
     def release(self) -> None:
         """Free the arrays and their framebuffers."""
-        for framebuffer in self.framebuffers:
-            framebuffer.release()
-        for thing in (self.depth, self.ids, self.outlines, self.cells):
-            if thing is not None:
-                thing.release()
+        self._made.close()
 
     def inputs(self) -> dict[str, object]:
         """The textures that the tests read, by sampler name."""
