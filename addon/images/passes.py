@@ -6,6 +6,8 @@ import numpy as np
 
 from .heatmap import NOTHING, heat_map
 
+NEVER_DRAWN = 1.0
+"""What a shadow map is cleared to: the depth of its far end."""
 _GOLDEN = 0.6180339887498949
 EXR_CHANNELS = {
     "combined": "RGBA",
@@ -19,7 +21,10 @@ EXR_CHANNELS = {
 
 
 def picture_of(name: str, passes: dict[str, np.ndarray]) -> np.ndarray:
-    """uint8 or uint16 image of pass `name`: shadow grey, depth nearest white, ids in distinct colours, aliasing a heat map."""
+    """uint8 or uint16 image of pass `name`: shadow grey, depth nearest white, ids in distinct colours, aliasing a heat map.
+
+    Of shadow maps (texel) the depths side by side, black where nothing casts.
+    """
     image = passes["shadow_depth" if name == "texel" else name]
     if name == "shadow":
         return _bytes(image)
@@ -30,7 +35,7 @@ def picture_of(name: str, passes: dict[str, np.ndarray]) -> np.ndarray:
     if name in ("object", "partition"):
         return id_colors(image)
     if name == "texel":
-        return np.concatenate([depth_picture(layer) for layer in image], axis=1)
+        return np.concatenate([depth_picture(np.where(layer < NEVER_DRAWN, layer, np.inf)) for layer in image], axis=1)
     normal = passes.get("normal")
     return heat_map(image[..., 0], None if normal is None else 0.5 + 0.5 * normal @ np.array([-0.36, -0.48, 0.8], np.float32))
 
@@ -40,7 +45,7 @@ def _bytes(image: np.ndarray) -> np.ndarray:
 
 
 def depth_picture(depth: np.ndarray) -> np.ndarray:
-    """uint16 grey: the nearest depth white, the farthest dark grey, nothing (inf, or a texel never drawn) black. Linear in depth."""
+    """uint16 grey: the nearest depth white, the farthest dark grey, nothing (inf) black. Linear in depth."""
     seen = np.isfinite(depth)
     if not seen.any():
         return np.zeros(depth.shape, np.uint16)
