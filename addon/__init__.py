@@ -5,6 +5,7 @@ Importing the package needs neither Blender nor OpenGL; `register` attaches it t
 
 from __future__ import annotations
 
+import atexit
 from types import ModuleType
 
 from .parts import attach, detach
@@ -34,10 +35,32 @@ def _parts() -> tuple[ModuleType, ...]:
 
 
 def register() -> None:
-    """Attach everything to Blender; if one part fails, those before it are taken back."""
+    """Attach everything to Blender; if one part fails, those before it are taken back.
+
+    Where Blender is a module of Python, everything is detached when Python ends: a script need not think of it.
+    """
+    import bpy
+
     attach(_parts())
+    if bpy.app.module:
+        atexit.register(_detach_at_exit)
 
 
 def unregister() -> None:
     """Detach everything: no class, property, handler, timer, thread or GL object stays."""
+    atexit.unregister(_detach_at_exit)
     detach(_parts())
+
+
+def _detach_at_exit() -> None:
+    """Before Blender's own end, which is registered earlier and so comes later, and which 4.5 does not survive with an engine attached.
+
+    What Blender enabled is disabled by Blender, so that it does not do it again.
+    """
+    import addon_utils
+
+    name = __package__.rpartition(".")[0]
+    if name and addon_utils.check(name)[1]:
+        addon_utils.disable(name)
+    else:
+        unregister()

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from .errors import SceneError
-from .job import Outcome
+from .errors import Cancelled, SceneError
+from .job import Cancels, Outcome
 from .truth import TruthTracer, compare
 
 
-def against_truth(outcome: Outcome) -> np.ndarray:
+def against_truth(outcome: Outcome, is_given_up: Cancels = lambda: False) -> np.ndarray:
     """Trace the outcome's view, add the contract's `truth` to its report, and return the difference image (h, w, 3) uint8.
 
     The frame must have `addon.truth.compare.COMPARED_PASSES`. Seconds per million triangles and per million pixels; any thread.
-    Raises `SceneError` without a light, or where the picture shows other surfaces than the scene has (impostors).
+    Raises `SceneError` without a light, or where the picture shows other surfaces than the scene has (impostors); `Cancelled` some
+    milliseconds after `is_given_up()`, which is asked again and again, has become True.
     """
+
+    def go_on() -> None:
+        if is_given_up():
+            raise Cancelled("Cancelled.")
+
     job = outcome.job
     if job.light is None:
         raise SceneError("There is no shadow to compare: the scene has no light. Add one, or choose a direction.")
-    tracer = TruthTracer(job.scene)
+    tracer = TruthTracer(job.scene, go_on=go_on)
     truth = tracer.trace(job.camera, job.light, job.size)
     metrics, difference = compare(outcome.frame, truth, job.camera, job.light, job.settings.fit.size, tracer)
     outcome.report["truth"] = metrics

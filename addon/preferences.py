@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import sys
+
 import bpy
 
 from .job import stop_worker
-from .pipeline.machine import Machine, choose
+from .pipeline.machine import BACKENDS, Machine, backends_on, choose
 
 EXTENSION = __package__.rpartition(".")[0]  # what Blender enables; empty where the package is used without being an extension
-BACKENDS = (
-    ("auto", "Automatic", "EGL on Linux, the system's own elsewhere"),
-    ("egl", "EGL", "Works without a window system, on Wayland and on servers"),
-    ("native", "Native", "GLX on X11, WGL on Windows, CGL on macOS: try it when EGL fails"),
-)
+BACKEND_WORDS = {
+    "auto": ("Automatic", "EGL on Linux, the system's own elsewhere"),
+    "egl": ("EGL", "Works without a window system, on Wayland and on servers"),
+    "native": ("Native", "GLX on X11, WGL on Windows, CGL on macOS: try it when EGL fails"),
+}
+
+
+def backend_items(platform: str) -> list[tuple[str, str, str, str, int]]:
+    """What can be chosen on a platform. Its number in Blender's files is the same on each."""
+    return [(key, *BACKEND_WORDS[key], "NONE", BACKENDS.index(key)) for key in backends_on(platform)]
 
 
 def _changed(self: bpy.types.AddonPreferences, _context: bpy.types.Context) -> None:
@@ -25,7 +32,10 @@ class CAD_SHADOW_preferences(bpy.types.AddonPreferences):
     bl_idname = EXTENSION or "cad_shadow_preview"
 
     backend: bpy.props.EnumProperty(
-        name="OpenGL", description="How the extension gets its own OpenGL 3.3, apart from Blender's", items=BACKENDS, update=_changed
+        name="OpenGL",
+        description="How the extension gets its own OpenGL 3.3, apart from Blender's",
+        items=backend_items(sys.platform),
+        update=_changed,
     )
     is_separate: bpy.props.BoolProperty(
         name="Render in a Process of Its Own",
@@ -60,7 +70,8 @@ class CAD_SHADOW_preferences(bpy.types.AddonPreferences):
 
 def apply(preferences: CAD_SHADOW_preferences) -> None:
     """Use the computer so from the next picture on."""
-    if choose(Machine(preferences.backend, preferences.threads, preferences.memory_mib, preferences.is_separate)):
+    backend = preferences.backend or "auto"  # empty: what another machine's preferences hold is not offered here
+    if choose(Machine(backend, preferences.threads, preferences.memory_mib, preferences.is_separate)):
         stop_worker()
 
 

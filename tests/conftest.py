@@ -4,6 +4,7 @@ import atexit
 import os
 import random
 import shutil
+import subprocess
 import tempfile
 import zlib
 from pathlib import Path
@@ -57,3 +58,22 @@ def cad_dev() -> Path:
 def user_resources() -> Path:
     """Blender's user folder for this run (BLENDER_USER_RESOURCES), removed at the end."""
     return Path(_user_resources)
+
+
+@pytest.fixture(scope="session")
+def x_display():
+    """The name of a virtual X screen of this run's own: of the Xvfb installed, or of the one in `./dev gui-test`'s chroot."""
+    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"), "cad-shadow-preview", "gui")
+    roots = sorted(ready.parent for ready in cache.glob("*/.ready")) if hasattr(os, "getuid") and os.getuid() == 0 else []
+    command = ["Xvfb"] if shutil.which("Xvfb") else ["chroot", str(roots[0]), "Xvfb"] if roots else None
+    if command is None:
+        pytest.skip("needs Xvfb (apt install xvfb, or ./dev gui-test once)")
+    reader, writer = os.pipe()
+    options = ["-displayfd", str(writer), "-screen", "0", "320x240x24", "-nolisten", "tcp"]
+    server = subprocess.Popen([*command, *options], pass_fds=(writer,), stderr=subprocess.DEVNULL)
+    os.close(writer)
+    with os.fdopen(reader) as pipe:
+        number = pipe.readline().strip()
+    yield f":{number}"
+    server.terminate()
+    server.wait(20)

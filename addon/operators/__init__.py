@@ -6,6 +6,7 @@ from . import (
     advise,
     analyse,
     animate_sun,
+    background,
     cameras,
     compare,
     export_report,
@@ -17,6 +18,7 @@ from . import (
     place_sun,
     preview,
     sun_study,
+    ticking,
 )
 
 _parts = (preview, analyse, compare, light_view, sun_study, advise, export_report)
@@ -73,7 +75,9 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Remove the operators."""
+    """End those at work and remove the operators."""
+    ticking.end_all(bpy.context)
+    background.end_threads()
     import_cad.unregister()
     bpy.types.TOPBAR_MT_render.remove(_draw_menu)
     bpy.utils.unregister_class(CAD_SHADOW_MT_render)

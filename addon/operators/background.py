@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future
 from functools import partial
+from threading import Thread
 from typing import TYPE_CHECKING, Protocol
+from weakref import WeakSet
 
 import bpy
 
@@ -17,6 +20,19 @@ from .ticking import Ticking
 
 if TYPE_CHECKING:
     import numpy as np
+
+
+WORK_THREAD = "cad-shadow-work"
+_at_work: WeakSet[OnThread] = WeakSet()
+
+
+def end_threads(timeout_s: float = 10.0) -> None:
+    """Give up all work on threads of its own, and wait for it to end."""
+    working, deadline = list(_at_work), time.monotonic() + timeout_s
+    for work in working:
+        work.cancel()
+    for work in working:
+        work.thread.join(max(deadline - time.monotonic(), 0.0))
 
 
 class NeedsMeshes:
@@ -129,14 +145,24 @@ class Ready:
 
 class OnThread:
     """Work on a thread of its own, asked as `Pending` is: `work(say, is_given_up)` may tell `say(fraction, stage)` how far it is and asks
-    `is_given_up()` now and then. It must not touch Blender."""
+    `is_given_up()` now and then. It must not touch Blender.
+
+    The thread is a daemon: Python does not wait for it at its end, as it does for those of an executor.
+    """
 
     def __init__(self, work: Callable[[Progress, Cancels], object]) -> None:
         self.progress = (0.0, "")
         self._is_given_up = False
-        executor = ThreadPoolExecutor(1, "cad-shadow-work")
-        self._future = executor.submit(work, self._say, lambda: self._is_given_up)
-        executor.shutdown(wait=False)
+        self._future: Future[object] = Future()
+        self.thread = Thread(target=self._run, args=(work,), name=WORK_THREAD, daemon=True)
+        _at_work.add(self)
+        self.thread.start()
+
+    def _run(self, work: Callable[[Progress, Cancels], object]) -> None:
+        try:
+            self._future.set_result(work(self._say, lambda: self._is_given_up))
+        except BaseException as error:  # handed to the one who takes the result
+            self._future.set_exception(error)
 
     def _say(self, fraction: float, stage: str) -> None:
         self.progress = (fraction, stage)

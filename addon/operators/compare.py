@@ -21,13 +21,13 @@ SHARE_OF_PICTURE = 0.2  # of the progress; the rays take longer
 def compared(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcome, np.ndarray]:
     """The view rendered, then traced: the outcome with the contract's `truth` in its report, and the differences as an editor shows them.
 
-    Rays under way are traced to their end.
+    Raises `Cancelled` soon after it is given up.
     """
     from ..comparing import against_truth  # loaded with the first comparison, so that enabling the add-on stays quick
 
     outcome = run(replace(job, passes=PASSES), lambda fraction, stage: say(SHARE_OF_PICTURE * fraction, stage), is_given_up)
     say(SHARE_OF_PICTURE, "tracing rays")
-    return outcome, image_editor.displayed(against_truth(outcome))
+    return outcome, image_editor.displayed(against_truth(outcome, is_given_up))
 
 
 class CAD_SHADOW_OT_compare(PictureOperator, bpy.types.Operator):

@@ -4,6 +4,14 @@ from __future__ import annotations
 
 import bpy
 
+_running: list[Ticking] = []
+
+
+def end_all(context: bpy.types.Context) -> None:
+    """Give up every operator that is still at work: Blender drops those of a class that it unregisters without a word to them."""
+    for operator in list(_running):
+        operator.cancel(context)
+
 
 class Ticking:
     """Mix-in of a modal operator: `tick(context)` gives the result when all is over, None before; `give_up(context)` ends it early."""
@@ -15,6 +23,7 @@ class Ticking:
         self._timer = context.window_manager.event_timer_add(self.every_s, window=context.window)
         context.window_manager.progress_begin(0, 100)
         context.window_manager.modal_handler_add(self)
+        _running.append(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -40,5 +49,6 @@ class Ticking:
         self._release(context)
 
     def _release(self, context: bpy.types.Context) -> None:
+        _running.remove(self)
         context.window_manager.progress_end()
         context.window_manager.event_timer_remove(self._timer)

@@ -8,14 +8,18 @@ wait (the wait releases the GIL) or keep the future.
 from __future__ import annotations
 
 import atexit
+import ctypes
 import gc
 import os
 import queue
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeoutError
+from contextlib import ExitStack, contextmanager
+from ctypes.util import find_library
+from dataclasses import dataclass
 from typing import TypeVar
 
 import moderngl
@@ -47,7 +51,8 @@ def create_context(backend: str = "auto") -> moderngl.Context:
     for choice in choices:
         try:
             options = {"backend": choice} if choice else {}
-            context = moderngl.create_context(standalone=True, require=REQUIRED_GL, **options)
+            with x_errors_handled_as_before():
+                context = moderngl.create_context(standalone=True, require=REQUIRED_GL, **options)
         except Exception as error:  # glcontext raises bare Exception for every failure of the driver
             failures.append(f"{choice or 'native'}: {' '.join(str(error).split())}")
             continue
@@ -55,6 +60,117 @@ def create_context(backend: str = "auto") -> moderngl.Context:
         return context
     hint = _LINUX_HINT if sys.platform.startswith("linux") else _OTHER_HINT
     raise GpuError(f"No OpenGL 3.3 context could be made ({'; '.join(failures)}): {hint}.")
+
+
+@contextmanager
+def x_errors_handled_as_before() -> Iterator[None]:
+    """Keep the process's handler of X errors, where there is an X library.
+
+    glcontext leaves Xlib's own in its place, which ends the process at the first error; Blender's goes on.
+    """
+    name = find_library("X11") if sys.platform.startswith("linux") else None
+    if name is None:
+        yield
+        return
+    set_handler = ctypes.CDLL(name).XSetErrorHandler
+    set_handler.restype, set_handler.argtypes = ctypes.c_void_p, [ctypes.c_void_p]
+    before = set_handler(None)
+    set_handler(before)
+    try:
+        yield
+    finally:
+        set_handler(before)
+
+
+def destroy_context(context: moderngl.Context) -> None:
+    """Free the context and its objects, on the thread where it is current; none is current afterwards.
+
+    A driver keeps a context, and its memory, as long as it is current somewhere. EGL's `release` leaves it current, its `__exit__` makes
+    none current. The other platforms' `release` makes none current, and their `__exit__` what was current at `__enter__`: that is this
+    context itself, and without an `__enter__` some address that was never written.
+    """
+    gc.collect()
+    _collect(context)
+    with context:
+        pass
+    context.release()
+
+
+@dataclass(eq=False)
+class _Item:
+    """A job in the queue: what to call, whether it needs a context, how to tell it to stop (None: it is short, or cannot)."""
+
+    future: Future
+    job: Callable
+    needs_context: bool
+    give_up: Callable[[], None] | None
+
+
+class _Life(threading.Thread):
+    """One life of the worker's thread, from the first job after a start to `end`, with its own queue and context."""
+
+    def __init__(self, backend: str) -> None:
+        super().__init__(name=THREAD_NAME, daemon=True)
+        self._backend = backend
+        self._jobs: queue.SimpleQueue[_Item | None] = queue.SimpleQueue()
+        self._current: _Item | None = None
+        self._is_ending = False
+        self._context: moderngl.Context | None = None
+        self.releases: list[Callable[[], None]] = []
+
+    def put(self, item: _Item) -> None:
+        """Queue a job."""
+        self._jobs.put(item)
+
+    def end(self) -> None:
+        """Drop the queued jobs, tell the running one to stop, and let the thread end. From any thread."""
+        self._is_ending = True
+        self._drop_queued()
+        self._jobs.put(None)
+        running = self._current
+        if running is not None and running.give_up is not None:
+            running.give_up()
+
+    def run(self) -> None:
+        """Do the jobs until the end, then release everything."""
+        while (item := self._jobs.get()) is not None:
+            self._current = item  # before `_is_ending` is read: `end` writes that first, so one of the two sees the other
+            if self._is_ending:
+                item.future.cancel()
+            if item.future.set_running_or_notify_cancel():
+                self._do(item)
+            self._current = None
+            del item
+            if self._context is not None:
+                _collect(self._context)
+        self._drop_queued()
+        self._release()
+
+    def _do(self, item: _Item) -> None:
+        try:
+            if item.needs_context and self._context is None:
+                self._context = create_context(self._backend)
+            item.future.set_result(item.job(self._context))
+        except BaseException as error:  # handed to the caller, who raises it
+            item.future.set_exception(error)
+
+    def _drop_queued(self) -> None:
+        while True:
+            try:
+                item = self._jobs.get_nowait()
+            except queue.Empty:
+                return
+            if item is not None:
+                item.future.cancel()
+
+    def _release(self) -> None:
+        """Release what was registered, in that order, then the context. What fails is raised when all was tried."""
+        with ExitStack() as stack:
+            if self._context is not None:
+                stack.callback(destroy_context, self._context)
+            for release in reversed(self.releases):
+                stack.callback(release)
+            self._context, self.releases = None, []
 
 
 class GpuWorker:
@@ -65,36 +181,37 @@ class GpuWorker:
 
     def __init__(self, backend: str = "auto") -> None:
         self._backend = backend
-        self._jobs: queue.SimpleQueue[tuple[Future, Callable, bool] | None] = queue.SimpleQueue()
-        self._thread: threading.Thread | None = None
+        self._life: _Life | None = None
         self._lock = threading.Lock()
-        self._at_close: list[Callable[[], None]] = []
 
     @property
     def is_running(self) -> bool:
         """True while the thread lives."""
-        return self._thread is not None and self._thread.is_alive()
+        return self._life is not None and self._life.is_alive()
 
-    def submit(self, job: Callable[[moderngl.Context], T]) -> Future[T]:
-        """Queue `job(context)`; its result or error comes through the future. A future cancelled before its turn is never run."""
-        return self._queue(job, True)
+    def submit(self, job: Callable[[moderngl.Context], T], give_up: Callable[[], None] | None = None) -> Future[T]:
+        """Queue `job(context)`; its result or error comes through the future. A future cancelled before its turn is never run.
+
+        `give_up`, called from another thread when the worker is closed, asks a job under way to stop soon.
+        """
+        return self._queue(job, True, give_up)
 
     def submit_plain(self, job: Callable[[], T]) -> Future[T]:
         """Queue work that needs no OpenGL, as `submit` does; no context is made for it."""
-        return self._queue(lambda _context: job(), False)
+        return self._queue(lambda _context: job(), False, None)
 
-    def _queue(self, job: Callable[[moderngl.Context | None], T], needs_context: bool) -> Future[T]:
+    def _queue(self, job: Callable, needs_context: bool, give_up: Callable[[], None] | None) -> Future[T]:
         future: Future[T] = Future()
         with self._lock:
             if not self.is_running:
-                self._thread = threading.Thread(target=self._run, name=THREAD_NAME, daemon=True)
-                self._thread.start()
-            self._jobs.put((future, job, needs_context))
+                self._life = _Life(self._backend)
+                self._life.start()
+            self._life.put(_Item(future, job, needs_context, give_up))
         return future
 
     def call(self, job: Callable[[moderngl.Context], T], cancelled: Callable[[], bool] | None = None) -> T:
         """Run `job(context)` on the worker and wait. `cancelled` is asked on the calling thread; True gives up with `Cancelled`."""
-        if threading.current_thread() is self._thread:
+        if threading.current_thread() is self._life:
             raise RuntimeError("GpuWorker.call from the worker itself would wait for ever")
         future = self.submit(job)
         while True:
@@ -108,51 +225,17 @@ class GpuWorker:
                     raise Cancelled("Cancelled.") from None
 
     def at_close(self, release: Callable[[], None]) -> None:
-        """Register what to release, on the worker, before the context goes."""
-        self._at_close.append(release)
+        """Register, on the worker's thread, what to release there before its context goes."""
+        threading.current_thread().releases.append(release)
 
     def close(self, timeout_s: float = 10.0) -> None:
-        """Finish the running job, drop the queued ones, release everything and join. Idempotent; a later job starts afresh."""
+        """Tell the running job to stop, drop the queued ones, release everything and join. Idempotent; a later job starts afresh."""
         with self._lock:
-            thread, self._thread = self._thread, None
-            if thread is not None and thread.is_alive():
-                self._jobs.put(None)
-        if thread is not None and thread is not threading.current_thread():
-            thread.join(timeout_s)
-
-    def _run(self) -> None:
-        context: moderngl.Context | None = None
-        while (item := self._jobs.get()) is not None:
-            future, job, needs_context = item
-            if not future.set_running_or_notify_cancel():
-                continue
-            try:
-                if needs_context and context is None:
-                    context = create_context(self._backend)
-                future.set_result(job(context))
-            except BaseException as error:  # handed to the caller, who raises it
-                future.set_exception(error)
-            del future, job, item
-            if context is not None:
-                _collect(context)
-        self._drop_queued()
-        self._release(context)
-
-    def _drop_queued(self) -> None:
-        while not self._jobs.empty():
-            item = self._jobs.get()
-            if item is not None:
-                item[0].cancel()
-
-    def _release(self, context: moderngl.Context | None) -> None:
-        releases, self._at_close = self._at_close, []
-        for release in releases:
-            release()
-        if context is not None:
-            gc.collect()
-            _collect(context)
-            context.__exit__(None, None, None)  # no longer current: drivers keep a released context, and its memory, as long as it is
-            context.release()
+            life, self._life = self._life, None
+            if life is not None:
+                life.end()
+        if life is not None and life is not threading.current_thread():
+            life.join(timeout_s)
 
 
 def _collect(context: moderngl.Context) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ..errors import GpuError
 
 BACKENDS = ("auto", "egl", "native")
+
 MEBI = 2**20
 
 
@@ -23,6 +24,11 @@ class Machine:
     def __post_init__(self) -> None:
         if self.backend not in BACKENDS or self.threads < 0 or self.memory_mib < 0:
             raise ValueError(f"not a machine: {self}")
+
+
+def backends_on(platform: str) -> tuple[str, ...]:
+    """Those of `BACKENDS` that there are on a platform, as `sys.platform` names it."""
+    return BACKENDS if platform.startswith("linux") else ("auto", "native")
 
 
 _chosen = [Machine()]

@@ -20,7 +20,7 @@ from threading import Lock, Thread
 import moderngl
 import numpy as np
 
-from ..errors import GpuError
+from ..errors import Cancelled, GpuError
 from .frame import Frame
 from .machine import Machine, chosen
 from .remote_words import PACKAGE, receive, send
@@ -29,6 +29,7 @@ from .scene import Scene
 
 PEER = "addon"  # the package's name in the other process
 EXTENSION = Path(__file__).resolve().parents[2]
+CLOSE_S = 3.0  # the process may be killed: what it holds is its own
 
 
 class RemoteTicket(Ticket):
@@ -57,10 +58,11 @@ class _Child:
         libraries = [str(Path(module.__file__).parents[1]) for module in (moderngl, np)]  # Blender keeps the wheels where only it looks
         paths = [str(EXTENSION), *dict.fromkeys(libraries), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        command = [sys.executable, "-m", f"{PEER}.pipeline.remote_child", PACKAGE]
+        command = [sys.executable, "-P", "-m", f"{PEER}.pipeline.remote_child", PACKAGE]  # -P: no code from the current folder
         self.process = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.waiting: dict[int, tuple[Future[Frame], Ticket]] = {}
         self.is_over = False
+        self._is_closing = False
         self._outbox: SimpleQueue[tuple | None] = SimpleQueue()
         self._lock = Lock()
         self._scene: Scene | None = None
@@ -83,8 +85,9 @@ class _Child:
             self.waiting[number] = future, ticket
         self.post(("render", number, request))
 
-    def close(self, timeout_s: float = 10.0) -> None:
-        """End the process when it has done what it is at, and the threads with it."""
+    def close(self, timeout_s: float = CLOSE_S) -> None:
+        """End the process, which gives up what it is at, and the threads with it. One that does not end in time is killed."""
+        self._is_closing = True
         self.post(None)
         try:
             self.process.wait(timeout_s)
@@ -121,8 +124,9 @@ class _Child:
         with self._lock:
             self.is_over = True
             lost, self.waiting = self.waiting, {}
+        error = GpuError(f"The rendering process ended unexpectedly (exit code {code}): update the graphics driver.")
         for future, _ in lost.values():
-            _settle(future, GpuError(f"The rendering process ended unexpectedly (exit code {code}): update the graphics driver."))
+            _settle(future, Cancelled("Cancelled.") if self._is_closing else error)
         self.post(None)
 
     def _take(self, number: int, kind: str, content: object) -> None:

@@ -76,7 +76,7 @@ class Server:
             self._tell(number, "failed", GpuError(f"Rendering failed ({type(error).__name__}: {error}): please report this."))
 
     def _tell(self, number: int, kind: str, content: object) -> None:
-        with self._lock, suppress(BrokenPipeError):
+        with self._lock, suppress(OSError):  # nobody reads any more; Windows does not call it a broken pipe
             send(self._out, (number, kind, content))
 
 

@@ -54,6 +54,10 @@ class Ticket:
         if self.is_cancelled:
             raise Cancelled("Cancelled.")
 
+    def give_up(self) -> None:
+        """Have it stop at the next stage; from any thread."""
+        self.is_cancelled = True
+
 
 @dataclass(frozen=True)
 class Request:
@@ -119,7 +123,7 @@ class Renderer:
 
     def queue(self, request: Request, ticket: Ticket) -> Future[Frame]:
         """Queue a frame with a ticket of the caller's own."""
-        return self.worker.submit(lambda context: render_frame(device_of(context, self.worker), request, ticket))
+        return self.worker.submit(lambda context: render_frame(device_of(context, self.worker), request, ticket), ticket.give_up)
 
 
 def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:

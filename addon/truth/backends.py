@@ -6,6 +6,7 @@ Directions are unit vectors; limits are metres.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -25,24 +26,30 @@ class Backend(Protocol):
 class BlenderBackend:
     """`mathutils.bvhtree`: a Python call per ray, some microseconds each."""
 
-    def __init__(self, corners: np.ndarray) -> None:
+    def __init__(self, corners: np.ndarray, go_on: Callable[[], None] = lambda: None) -> None:
         import bpy  # noqa: F401  (outside Blender mathutils can only be imported after bpy)
         from mathutils.bvhtree import BVHTree
 
-        vertices, faces = listed(corners.reshape(-1, 3)), listed(np.arange(3 * len(corners)).reshape(-1, 3))
+        self._go_on = go_on
+        vertices, faces = listed(corners.reshape(-1, 3), go_on), listed(np.arange(3 * len(corners)).reshape(-1, 3), go_on)
         self._cast = BVHTree.FromPolygons(vertices, faces, all_triangles=True).ray_cast
 
     def nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First triangle along each ray, and its distance."""
-        hits = [self._cast(o, d, limit)[2:] for o, d, limit in zip(origins.tolist(), directions.tolist(), limits.tolist(), strict=True)]
+        hits = []
+        for start in range(0, len(origins), ROWS_AT_ONCE):
+            self._go_on()
+            rows = zip(*(array[start : start + ROWS_AT_ONCE].tolist() for array in (origins, directions, limits)), strict=True)
+            hits += [self._cast(o, d, limit)[2:] for o, d, limit in rows]
         triangle = np.array([-1 if index is None else index for index, _ in hits], dtype=np.int64)
         return triangle, np.array([np.inf if index is None else distance for index, distance in hits], dtype=np.float64)
 
 
-def listed(rows: np.ndarray) -> list[list[float]]:
-    """`rows.tolist()` in pieces, between which other threads (the window's) get Python's lock."""
+def listed(rows: np.ndarray, go_on: Callable[[], None]) -> list[list[float]]:
+    """`rows.tolist()` in pieces, between which other threads (the window's) get Python's lock and `go_on` is called."""
     out: list[list[float]] = []
     for start in range(0, len(rows), ROWS_AT_ONCE):
+        go_on()
         out += rows[start : start + ROWS_AT_ONCE].tolist()
     return out
 
@@ -50,7 +57,8 @@ def listed(rows: np.ndarray) -> list[list[float]]:
 class EmbreeBackend:
     """Intel Embree through `embreex`, robust mode."""
 
-    def __init__(self, corners: np.ndarray) -> None:
+    def __init__(self, corners: np.ndarray, go_on: Callable[[], None] = lambda: None) -> None:
+        self._go_on = go_on
         try:
             from embreex.mesh_construction import TriangleMesh
             from embreex.rtcore_scene import EmbreeScene
@@ -61,6 +69,7 @@ class EmbreeBackend:
 
     def nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """First triangle along each ray, and its distance."""
+        self._go_on()
         rays = (np.ascontiguousarray(a, dtype=np.float32) for a in (origins, directions, limits))
         hit = self._scene.run(*rays, query="INTERSECT", output=1)
         triangle = hit["primID"].astype(np.int64)

@@ -8,6 +8,7 @@ stands between the point and the light is not asked of rays but of the geometric
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,10 +85,11 @@ def directions_to_light(light: Light, points_ws: np.ndarray) -> tuple[np.ndarray
 class TruthTracer:
     """Traces one frozen scene; built once (seconds per million triangles), asked for any number of views and lights."""
 
-    def __init__(self, scene: Scene, backend: str = "blender") -> None:
+    def __init__(self, scene: Scene, backend: str = "blender", go_on: Callable[[], None] = lambda: None) -> None:
+        """`go_on` is called again and again while it works; what it raises ends the work."""
         require_choice("Ray tracer", backend, tuple(BACKENDS))
         self.triangles: WorldTriangles = world_triangles(scene)
-        self._backend: Backend = BACKENDS[backend](self.triangles.corners)
+        self._backend: Backend = BACKENDS[backend](self.triangles.corners, go_on)
 
     def trace(self, camera: Camera, light: Light, size: tuple[int, int]) -> Truth:
         """The truth at every pixel centre of a picture of `size` (width, height)."""

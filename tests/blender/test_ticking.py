@@ -1,5 +1,6 @@
 """Operators on a timer: they end, fail and are given up without leaving their timer behind."""
 
+import importlib
 import itertools
 import threading
 from types import SimpleNamespace
@@ -63,6 +64,17 @@ def test_escape_gives_up(window, operator):
     assert log == [] and working.given_up
 
 
+def test_when_the_extension_goes_operators_at_work_are_given_up(window, operator, room):
+    context, log = window
+    ended, working = operator({"FINISHED"}), operator(None, None)
+    for one in (ended, working):
+        one.begin(context)
+    ended.modal(context, TICK)
+    room("operators.ticking").end_all(context)
+    assert log == [] and working.given_up and not ended.given_up
+    room("operators.ticking").end_all(context)
+
+
 def test_a_defect_leaves_no_timer(window, operator):
     context, log = window
     working = operator(RuntimeError("defect"))
@@ -105,3 +117,30 @@ def test_what_the_work_raises_is_raised_where_its_result_is_taken(background):
     pending = background.OnThread(lambda *_: 1 // 0)
     with pytest.raises(ZeroDivisionError):
         pending.result()
+
+
+def test_work_on_threads_ends_with_the_extension(background):
+    works = [background.OnThread(lambda _say, is_given_up: next(i for i in itertools.count() if is_given_up())) for _ in range(3)]
+    background.end_threads(20.0)
+    assert all(work.done() and not work.thread.is_alive() for work in works)
+
+
+def test_python_does_not_wait_for_work_that_nobody_gives_up(background):
+    work = background.OnThread(lambda _say, is_given_up: next(i for i in itertools.count() if is_given_up()))
+    assert work.thread.daemon
+    assert work.thread not in importlib.import_module("concurrent.futures.thread")._threads_queues
+    work.cancel()
+    work.result()
+
+
+def test_a_comparison_given_up_while_it_traces_gives_no_result(cube_scene, room):
+    import bpy
+
+    job, is_given_up = room("sources").job_for_view(bpy.context), threading.Event()
+
+    def say(_fraction, stage):
+        if stage == "tracing rays":
+            is_given_up.set()
+
+    with pytest.raises(room("errors").Cancelled):
+        room("operators.compare").compared(job, say, is_given_up.is_set)

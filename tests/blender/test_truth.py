@@ -283,3 +283,18 @@ def test_a_frame_without_light_is_refused(box_view):
     _, camera, light, truth = box_view
     with pytest.raises(SettingsError, match="no light"):
         compare(Frame({}, None, {}, {}, {}, None), truth, camera, light, 2048)
+
+
+def test_between_two_questions_whether_to_go_on_few_rays_are_traced(monkeypatch):
+    monkeypatch.setattr("addon.truth.backends.ROWS_AT_ONCE", 100)
+    traced, most = [0], []
+
+    def go_on():
+        most.append(traced[0])
+        traced[0] = 0
+
+    tracer = TruthTracer(scenes.closed_box(), go_on=go_on)
+    cast = tracer._backend._cast
+    tracer._backend._cast = lambda *ray: (traced.__setitem__(0, traced[0] + 1), cast(*ray))[1]
+    tracer.trace(scenes.look_at((-6, -5, 4), (-1, -0.5, 0.5)), scenes.sun(40.0), (40, 40))
+    assert len(most) > 16 and max(most) == 100

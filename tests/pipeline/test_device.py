@@ -2,6 +2,8 @@
 
 import ctypes
 import threading
+import time
+from concurrent.futures import CancelledError
 from dataclasses import replace
 
 import moderngl
@@ -13,7 +15,7 @@ from addon.pipeline import context as context_module
 from addon.pipeline.context import THREAD_NAME, GpuWorker
 from addon.pipeline.device import device_of
 from addon.pipeline.gl_raw import live_objects
-from addon.pipeline.renderer import Renderer
+from addon.pipeline.renderer import Renderer, Request
 from addon.pipeline.scene import Instances, Scene
 from addon.pipeline.settings import Settings
 from tests import scenes
@@ -49,7 +51,7 @@ def test_every_gl_object_is_freed():
     left, raw = worker.call(release)
     assert left <= before
     assert raw == 0
-    worker._at_close.clear()
+    worker.call(lambda context: threading.current_thread().releases.clear())
     worker.close()
 
 
@@ -78,18 +80,72 @@ def test_close_joins_the_thread_and_a_later_job_starts_afresh():
     worker.close()
 
 
-def test_jobs_queued_behind_close_are_cancelled_not_lost():
-    worker = GpuWorker()
-    gate = threading.Event()
-    first = worker.submit(lambda context: gate.wait(5.0))
-    second = worker.submit(lambda context: None)
+def test_close_runs_no_queued_job_and_tells_their_callers():
+    worker, gate, begun, ran = GpuWorker(), threading.Event(), threading.Event(), []
+    first = worker.submit_plain(lambda: (begun.set(), gate.wait(20.0)))
+    queued = [worker.submit_plain(lambda i=i: ran.append(i)) for i in range(5)]
+    assert begun.wait(20.0)
     closer = threading.Thread(target=worker.close)
-    second.cancel()
     closer.start()
+    for future in queued:
+        with pytest.raises(CancelledError):
+            future.result(20.0)
+    assert not first.done()
     gate.set()
     closer.join()
-    assert first.result() is True
-    assert second.cancelled()
+    assert first.done() and not first.cancelled()
+    assert ran == []
+
+
+def test_close_tells_the_running_job_to_stop():
+    worker, told, begun = GpuWorker(), threading.Event(), threading.Event()
+    job = worker.submit(lambda _context: (begun.set(), told.wait(60.0))[1], told.set)
+    assert begun.wait(60.0)
+    start = time.monotonic()
+    worker.close()
+    assert job.result(0.0) is True
+    assert time.monotonic() - start < 5.0
+
+
+def test_a_frame_under_way_is_given_up_when_the_worker_closes():
+    worker = GpuWorker()
+    future, ticket = Renderer(worker).submit(Request(scenes.railing(), CAMERA, SUN, SMALL.replaced(shading={"samples": 16}), (1600, 1200)))
+    while ticket.stage in ("waiting", "upload"):
+        time.sleep(0.005)
+    worker.close()
+    with pytest.raises(Cancelled):
+        future.result(0.0)
+
+
+def test_what_closes_late_releases_its_own_things_and_not_those_of_the_next_life():
+    worker, gate, begun, released = GpuWorker(), threading.Event(), threading.Event(), []
+
+    def slow():
+        begun.set()
+        gate.wait(20.0)
+        worker.at_close(lambda: released.append("first"))
+
+    first = worker.submit_plain(slow)
+    assert begun.wait(20.0)
+    worker.close(timeout_s=0.0)
+    worker.submit_plain(lambda: worker.at_close(lambda: released.append("second"))).result(20.0)
+    gate.set()
+    first.result(20.0)
+    deadline = time.monotonic() + 20.0
+    while released != ["first"] and time.monotonic() < deadline:
+        time.sleep(0.005)
+    assert released == ["first"]
+    worker.close()
+    assert released == ["first", "second"]
+
+
+def test_a_release_that_fails_keeps_nothing_else_alive(monkeypatch):
+    worker, released, raised = GpuWorker(), [], []
+    monkeypatch.setattr(threading, "excepthook", lambda arguments: raised.append(arguments.exc_type))
+    worker.submit_plain(lambda: worker.at_close(lambda: 1 // 0)).result(20.0)
+    worker.submit_plain(lambda: worker.at_close(lambda: released.append("after"))).result(20.0)
+    worker.close()
+    assert released == ["after"] and raised == [ZeroDivisionError]
 
 
 def test_a_failed_context_names_the_missing_library(monkeypatch):
