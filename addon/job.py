@@ -63,7 +63,7 @@ class Job:
     def key(self) -> tuple:
         """What the picture depends on, comparable and hashable: equal keys give equal pictures."""
         lit = None if self.light is None else self.light.key
-        return id(self.scene), self.camera.key, lit, self.settings, self.size, self.impostors
+        return self.scene.fingerprint, self.camera.key, lit, self.settings, self.size, self.impostors
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,8 @@ The geometry is `overlay_geometry.py`'s; here it is drawn after the scene. Blend
 
 from __future__ import annotations
 
+from weakref import ReferenceType, ref
+
 import bpy
 import numpy as np
 
@@ -22,7 +24,8 @@ ITEMS = (
     ("BOTH", "Both", "Splits and maps"),
 )
 _handlers: list[object] = []
-_batches: list[tuple[tuple, list[tuple[tuple[float, float, float], object]]]] = []  # (key, batches) of what was drawn last
+# Of what was drawn last: the outcome (by a weak reference, so that it is recognised and not kept), the wish, the batches.
+_batches: list[tuple[ReferenceType[Outcome], str, list[tuple[tuple[float, float, float], object]]]] = []
 
 
 def segments_of(outcome: Outcome, what: str) -> list[tuple[int, np.ndarray]]:
@@ -40,15 +43,14 @@ def _built(outcome: Outcome, what: str) -> list[tuple[tuple[float, float, float]
     """GPU batches, made anew only when there is a new outcome or another wish."""
     from gpu_extras.batch import batch_for_shader
 
-    key = id(outcome), what
-    if not _batches or _batches[0][0] != key:
+    if not _batches or _batches[0][0]() is not outcome or _batches[0][1] != what:
         shader = _shader()
         made = [
             (map_color(index), batch_for_shader(shader, "LINES", {"pos": segments.reshape(-1, 3).astype(np.float32).tolist()}))
             for index, segments in segments_of(outcome, what)
         ]
-        _batches[:] = [(key, made)]
-    return _batches[0][1]
+        _batches[:] = [(ref(outcome), what, made)]
+    return _batches[0][2]
 
 
 def _shader() -> object:

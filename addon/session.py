@@ -32,6 +32,11 @@ def remember_impostors(outcome: Outcome) -> None:
     _impostors[:] = [(outcome.frame.impostors, outcome.job.scene.origin_ws)]
 
 
+def forget_impostors() -> None:
+    """There is no picture any more whose impostors could be told of."""
+    _impostors.clear()
+
+
 def impostors() -> tuple[ImpostorReport, ...]:
     """The impostors of the last picture, a live view's included."""
     return _impostors[0][0] if _impostors else ()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -10,7 +9,6 @@ from dataclasses import replace
 from math import inf
 
 import bpy
-import numpy as np
 
 from .default_view import default_sun
 from .errors import SceneError
@@ -218,40 +216,7 @@ class LiveScene:
 
 def _finished(collected: Collected) -> tuple[Scene, bytes]:
     scene = collected.scene()
-    return scene, fingerprint_of(scene)
-
-
-def fingerprint_of(scene: Scene) -> bytes:
-    """16 bytes that name what a scene looks like: equal ones draw the same."""
-    digest = hashlib.blake2b(digest_size=16)
-    digest.update(repr(([mesh.key for mesh in scene.meshes], scene.origin_ws.tolist(), scene.marks)).encode())
-    for array in (
-        scene.instances.mesh_index,
-        scene.instances.world_from_object,
-        scene.instances.material_slot,
-        scene.instances.base_color,
-        scene.instances.object_id,
-    ):
-        digest.update(array.data)
-    for light in scene.lights:
-        digest.update(
-            repr(
-                (
-                    light.kind,
-                    _listed(light.direction_ws),
-                    _listed(light.position_ws),
-                    light.cone_rad,
-                    light.cone_blend,
-                    light.color,
-                    light.name,
-                )
-            ).encode()
-        )
-    return digest.digest()
-
-
-def _listed(vector: np.ndarray | None) -> list[float] | None:
-    return None if vector is None else vector.tolist()
+    return scene, scene.fingerprint
 
 
 def _read(

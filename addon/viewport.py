@@ -11,6 +11,7 @@ Blender's overlays, which it covers. Blender offers no way to draw there beneath
 from __future__ import annotations
 
 import time
+import traceback
 from dataclasses import dataclass, replace
 from weakref import WeakSet
 
@@ -80,10 +81,7 @@ class LiveView:
         """Ask for the picture of this very view when it is not there yet, and draw the newest one there is."""
         self._is_waiting = not libraries_ready()
         if not self._is_waiting:
-            try:
-                self._ask(self._scene.job(context, depsgraph))
-            except UserError as error:
-                self.message = str(error)
+            self._look(context, depsgraph)
         engine.update_stats("", self.message)
         self.region = context.region.as_pointer()
         self._is_drawn_late = self._shows[0] != "shaded" and not leaves_colours(depsgraph.scene)
@@ -91,6 +89,23 @@ class LiveView:
             engine.bind_display_space_shader(depsgraph.scene)
             self._draw_texture("ALPHA_PREMULT", (0, 0), context.region.width, context.region.height)
             engine.unbind_display_space_shader()
+
+    def _look(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Ask for the picture of this view. Where there can be none (an emptied scene), nothing is shown but the reason."""
+        try:
+            self._ask(self._scene.job(context, depsgraph))
+        except Exception as error:
+            if self._pending is not None:
+                self._pending[1].cancel()
+            self._pending = self._wanted = None
+            self._blank(_words(error))
+
+    def _blank(self, message: str) -> None:
+        """Show no picture: that of another scene or of other settings would be taken for this one's."""
+        self.message, self._shown, self._wants_more = message, None, False
+        self._image = self._texture = None
+        self._shows = ("shaded", None)
+        session.forget_impostors()
 
     def _ask(self, job: Job | None) -> None:
         """Start the next picture if none is in the making and the newest one shown is not the one wanted.
@@ -130,9 +145,15 @@ class LiveView:
             session.remember_impostors(outcome)
         except Cancelled:
             return False
-        except UserError as error:
-            self._shown, self.message, self._wants_more = Wish(wish.key, 1), str(error), False
+        except Exception as error:
+            self._fail(wish, _words(error))
         return True
+
+    def _fail(self, wish: Wish, message: str) -> None:
+        """Do not ask for this picture again. A coarse one of the same view stays."""
+        if self._shown is None or self._shown.key != wish.key:
+            self._blank(message)
+        self._shown, self.message, self._wants_more = Wish(wish.key, 1), message, False
 
     def _count_repeats(self, wish: Wish, frame: Frame) -> None:
         """Whether the view needs another picture, because it has impostors that wait; at most one for each."""
@@ -185,6 +206,14 @@ class LiveView:
             self._pending[1].cancel()
         self._pending = self._texture = self._image = None
         _views.discard(self)
+
+
+def _words(error: Exception) -> str:
+    """What the viewport says of it. A defect's traceback goes to the console: raised in a draw call it would come with every redraw."""
+    if isinstance(error, UserError):
+        return str(error)
+    traceback.print_exception(error)
+    return f"The picture failed ({type(error).__name__}: {error}): please report this."
 
 
 def live_view_in(region: bpy.types.Region) -> LiveView | None:

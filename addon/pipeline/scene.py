@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Hashable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
@@ -112,6 +113,19 @@ class Scene:
         """Triangles drawn: every instance counted."""
         per_mesh = np.array([len(m.triangles) for m in self.meshes], dtype=np.int64)
         return int(per_mesh[self.instances.mesh_index].sum()) if len(self.instances) else 0
+
+    @cached_property
+    def fingerprint(self) -> bytes:
+        """16 bytes that name what the scene looks like and which lights it has: equal ones give equal pictures.
+
+        An address in memory names nothing: that of a scene that is gone is soon another's. Cameras and object names do not count.
+        """
+        digest = hashlib.blake2b(digest_size=16)
+        lights = [(light.name, light.key) for light in self.lights]
+        digest.update(repr(([mesh.key for mesh in self.meshes], self.origin_ws.tolist(), lights, self.marks)).encode())
+        for column in fields(self.instances):
+            digest.update(getattr(self.instances, column.name).data)
+        return digest.digest()
 
     def instance_bounds_ws(self) -> np.ndarray:
         """(I, 2, 3) float64 axis-aligned world bounds of every instance (bounds of the eight transformed corners); computed once."""

@@ -1,0 +1,186 @@
+"""The live view, driven with a stand-in for the worker and a clock of the test's own: it ends with the picture of what is there."""
+
+from collections import deque
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests import scenes
+
+COUNTS = range(1, 31)
+MESHES = scenes.chair().meshes[:1]
+
+
+@pytest.fixture
+def viewport(room, monkeypatch):
+    """The module, with `clock` [seconds] and `asked`, the stand-in of the last picture asked for, which is done when the test says so."""
+    viewport, asked, clock = room("viewport"), deque(maxlen=1), [100.0]
+
+    class Making:
+        def __init__(self, job):
+            self.job, self.is_done, self.is_given_up, self.error = job, False, False, None
+            asked.append(self)
+
+        def done(self):
+            return self.is_done
+
+        def cancel(self):
+            self.is_given_up = True
+
+        def result(self):
+            if self.is_given_up:
+                raise room("errors").Cancelled("Cancelled.")
+            if self.error is not None:
+                raise self.error
+            picture = np.full((1, 1, 4), len(self.job.scene.instances), np.float32)
+            return SimpleNamespace(job=self.job, frame=SimpleNamespace(passes={"combined": picture}, plan=None, impostors=()))
+
+    monkeypatch.setattr(viewport, "Pending", Making)
+    monkeypatch.setattr(viewport, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(viewport, "_ensure_timer", lambda: None)
+    viewport.asked, viewport.clock = asked, clock
+    yield viewport
+    del viewport.asked, viewport.clock
+
+
+@pytest.fixture
+def live(viewport):
+    live = viewport.LiveView()
+    yield live
+    live.close()
+
+
+def job_of(room, scene):
+    """The job of a live view of that scene."""
+    camera, settings = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), room("pipeline.settings").Settings()
+    return room("job").Job("viewport", scene, camera, scenes.sun(40.0), settings, (8, 8), ("combined",), measure=False)
+
+
+def field(room, count):
+    """A scene of so many triangles' places, told apart by their number."""
+    rows = np.arange(count)
+    kinds = room("pipeline.scene")
+    instances = kinds.Instances(np.zeros(count), np.tile(np.eye(4), (count, 1, 1)), rows, np.zeros(count), np.zeros((count, 4)))
+    scene = kinds.Scene(MESHES, instances, tuple(map(str, rows)), np.zeros(3))
+    return replace(scene, origin_ws=np.ones(3))  # as a reader does; the first one's memory is free for the next
+
+
+def shown(live):
+    """How many objects the scene had that is shown; None without a picture."""
+    return None if live._image is None else int(live._image[0, 0, 0])
+
+
+def test_a_scene_is_named_by_what_it_holds_and_not_by_where_it_lies(room):
+    addresses, keys = {}, {}
+    for count in [*COUNTS] * 20:
+        job = job_of(room, field(room, count))
+        assert keys.setdefault(count, job.key) == job.key
+        addresses.setdefault(id(job.scene), set()).add(count)
+        del job
+    assert len(set(keys.values())) == len(COUNTS)
+    assert max(map(len, addresses.values())) > 1, "no address was used twice: nothing was tried"
+
+
+@pytest.mark.parametrize("part", ["meshes", "instances", "origin_ws", "lights", "marks"])
+def test_every_part_of_a_scene_that_can_be_seen_is_in_its_name(room, part):
+    scene, kinds = field(room, 3), room("pipeline.scene")
+    other = {
+        "meshes": scenes.railing().meshes[:1],
+        "instances": replace(scene.instances, base_color=np.ones((3, 4))),
+        "origin_ws": np.zeros(3),
+        "lights": (scenes.sun(40.0),),
+        "marks": (None, None, kinds.Mark("object", 7)),
+    }
+    assert replace(scene, **{part: other[part]}).fingerprint != scene.fingerprint
+    assert replace(scene).fingerprint == scene.fingerprint
+
+
+def test_quick_edits_end_with_the_picture_of_the_last_one(room, viewport):
+    """The first picture is done though it was given up, the second is given up for the third, whose scene may lie where the first's lay."""
+    for first, second, last in np.random.default_rng(1).permutation(np.tile(COUNTS, 20)).reshape(-1, 3):
+        live = viewport.LiveView()
+        scene = field(room, first)
+        live._ask(job_of(room, scene))
+        viewport.asked[-1].cancel = lambda: None
+        for count, waits in ((second, (0.01, 0.3)), (last, (0.05,))):
+            scene = field(room, count)
+            for seconds in waits:
+                viewport.clock[0] += seconds
+                live._ask(job_of(room, scene))
+                viewport.asked[-1].is_done |= count == second and seconds == 0.01
+        for _ in range(4):
+            viewport.asked[-1].is_done = True
+            viewport.clock[0] += 0.3
+            live._ask(job_of(room, scene))
+        assert shown(live) == last
+        live.close()
+
+
+def draw(room, live, scene):
+    """What Blender's redraw of the viewport does before it draws; `scene` None: the model has been deleted."""
+    if scene is None:
+        empty = replace(field(room, 0), meshes=())
+        live._scene = SimpleNamespace(job=lambda *_: empty.bounds_ws())
+    else:
+        live._scene = SimpleNamespace(job=lambda *_: job_of(room, scene))
+    live._look(None, None)
+
+
+def finish(room, viewport, live, scene):
+    """The picture asked for is done, and taken over by the next redraw."""
+    viewport.asked[-1].is_done = True
+    viewport.clock[0] += 0.3
+    draw(room, live, scene)
+
+
+def test_an_emptied_scene_shows_nothing_but_the_reason_and_a_new_model_is_shown(room, viewport, live):
+    draw(room, live, field(room, 3))
+    finish(room, viewport, live, field(room, 3))
+    assert shown(live) == 3
+    draw(room, live, None)
+    assert shown(live) is None and "nothing to draw" in live.message
+    draw(room, live, field(room, 5))
+    finish(room, viewport, live, field(room, 5))
+    assert shown(live) == 5 and live.message == ""
+
+
+def test_what_was_in_the_making_when_the_scene_was_emptied_is_never_shown(room, viewport, live):
+    draw(room, live, field(room, 3))
+    draw(room, live, None)
+    assert viewport.asked[-1].is_given_up
+    viewport.asked[-1].is_done = True
+    draw(room, live, None)
+    assert shown(live) is None
+
+
+@pytest.mark.parametrize("kind", ["GpuError", None], ids=["a user's error", "a defect"])
+def test_a_picture_that_fails_leaves_no_other_scenes_picture_and_is_not_asked_for_again(room, viewport, live, kind, capfd):
+    draw(room, live, field(room, 3))
+    finish(room, viewport, live, field(room, 3))
+    draw(room, live, field(room, 4))
+    viewport.asked[-1].error = getattr(room("errors"), kind)("Too large: lower it.") if kind else RuntimeError("Too large: lower it.")
+    finish(room, viewport, live, field(room, 4))
+    assert shown(live) is None and "Too large" in live.message
+    last = viewport.asked[-1]
+    for _ in range(3):
+        viewport.clock[0] += 1.0
+        draw(room, live, field(room, 4))
+    assert viewport.asked[-1] is last
+    assert ("Traceback" in capfd.readouterr().err) == (kind is None)
+
+
+def test_the_coarse_picture_of_a_view_stays_when_its_fine_one_fails(room, viewport, live):
+    draw(room, live, field(room, 3))
+    finish(room, viewport, live, field(room, 3))
+    draw(room, live, field(room, 4))
+    viewport.asked[-1].is_done = True
+    viewport.clock[0] += 0.01
+    draw(room, live, field(room, 4))
+    assert shown(live) == 4 and live._shown.coarseness > 1
+    viewport.clock[0] += 0.3
+    draw(room, live, field(room, 4))
+    viewport.asked[-1].error = room("errors").GpuError("Too large: lower it.")
+    finish(room, viewport, live, field(room, 4))
+    assert shown(live) == 4 and "Too large" in live.message
