@@ -1,4 +1,8 @@
-"""What every test gets: fatal numpy errors, seeded randomness, a user folder of its own for Blender, the CAD files where they are."""
+"""What every test gets: fatal numpy errors, seeded randomness, any order asked for, a user folder of its own for Blender, the CAD files.
+
+Property tests draw the same examples on every machine, on both Pythons, alone and in any order. Hypothesis itself would take its seed from
+the test's source (whose tokens differ between Pythons) and a twentieth of its numbers from the constants of the modules loaded so far.
+"""
 
 import atexit
 import os
@@ -12,6 +16,8 @@ from pathlib import Path
 import hypothesis
 import numpy as np
 import pytest
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
 
 ROOT = Path(__file__).resolve().parents[1]
 CAD_DEV = ROOT.parent / "shared" / "cad" / "dev"
@@ -21,8 +27,34 @@ _user_resources = tempfile.mkdtemp(prefix="cad-shadow-test-")
 atexit.register(shutil.rmtree, _user_resources, ignore_errors=True)
 os.environ["BLENDER_USER_RESOURCES"] = _user_resources
 
-hypothesis.settings.register_profile("seeded", derandomize=True, deadline=None, database=None)
+# The clock decides nothing: neither a deadline nor a slow machine fails a test. `derandomize` covers what is drawn outside a test's call.
+hypothesis.settings.register_profile("seeded", max_examples=100, derandomize=True, deadline=None, database=None, print_blob=False,
+                                     suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile("seeded")
+
+
+providers._get_local_constants = Constants  # none, whatever is loaded; private, so test_determinism.py sees to it that it works
+
+
+def pytest_addoption(parser):
+    """`--order-seed N`: the files, and the tests of each file, in an order that only N decides."""
+    parser.addoption("--order-seed", type=int, metavar="N", help="run the files, and the tests in each, in the order that N gives")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Shuffled by the hash of N and the name, so that a part of the suite keeps its order within the whole."""
+    order = config.getoption("order_seed")
+    if order is not None:
+        def place(item) -> list[int]:
+            return [zlib.crc32(f"{order} {name}".encode()) for name in (item.nodeid.split("::")[0], item.nodeid)]
+
+        items.sort(key=place)
+
+
+def pytest_report_header(config):
+    """The order is named, so that a failure can be had again."""
+    order = config.getoption("order_seed")
+    return None if order is None else f"order seed: {order}"
 
 
 @pytest.fixture(autouse=True)
@@ -34,10 +66,12 @@ def strict_numpy():
 
 @pytest.fixture(autouse=True)
 def seeded(request):
-    """The global generators start the same for the same test, whatever ran before."""
+    """The global generators, and Hypothesis, start the same for the same test, whatever ran before."""
     seed = zlib.crc32(request.node.nodeid.encode())
     random.seed(seed)
     np.random.seed(seed)  # noqa: NPY002 - for libraries that use the global one; tests take `rng`
+    if hypothesis.is_hypothesis_test(request.function):
+        hypothesis.seed(seed)(request.function)
 
 
 @pytest.fixture
