@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from addon.maths import comparison
 from addon.maths.comparison import Cracks
+from tests.margins import agree
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -30,7 +31,7 @@ def test_distances_are_euclidean_distances_to_the_nearest_mark_up_to_the_limit(s
     expected = np.full(len(cells), float(limit))
     if len(marked):
         expected = np.minimum(np.sqrt(((cells[:, None] - marked[None]) ** 2).sum(axis=-1)).min(axis=1), limit)
-    np.testing.assert_allclose(comparison.distances(marks, cells, limit), expected, atol=1e-12)
+    agree(comparison.distances(marks, cells, limit), expected, abs=1e-12)
 
 
 @settings(max_examples=40)
@@ -106,9 +107,9 @@ def test_the_classes_are_what_their_names_say(seed):
     leak = [p for p in wrong if not lit[p] and uniform[p]]
     assert whole["pixels"] == counted.sum()
     for key, pixels in (("misclassified_pct", wrong), ("acne_pct", acne), ("leak_pct", leak)):
-        assert whole[key] == pytest.approx(100.0 * len(pixels) / counted.sum())
+        agree(whole[key], 100.0 * len(pixels) / counted.sum(), rel=1e-6)
         parts = [comparison.statistics(classes, np.empty(0), partition == k) for k in range(3)]
-        assert sum(part[key] * part["pixels"] for part in parts if part["pixels"]) == pytest.approx(whole[key] * whole["pixels"])
+        agree(sum(part[key] * part["pixels"] for part in parts if part["pixels"]), whole[key] * whole["pixels"], rel=1e-6)
     image = comparison.difference_image(classes, lit, np.zeros_like(lit))
     colored = {tuple(np.float32(c)): [tuple(p) for p in np.argwhere((image == np.float32(c)).all(axis=-1))]
                for c in (comparison.ACNE_COLOR, comparison.LEAK_COLOR, comparison.EDGE_COLOR)}

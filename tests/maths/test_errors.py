@@ -1,7 +1,8 @@
 """The error theory against its definition: texel beam over pixel beam, on a pyramid built from the frustum's corners."""
 
 from dataclasses import replace
-from math import cos, inf, isclose, log, pi, radians, sin, sqrt, tan
+from functools import partial
+from math import cos, inf, log, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -27,13 +28,13 @@ from addon.maths.errors import (
 )
 from addon.maths.warped_map import WarpedMap
 from addon.maths.warps import lispsm_parameter
+from tests.margins import agree, at_most
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, depths, pyramid_depth, pyramid_w, pyramid_width, views
 
 strengths = st.floats(0.02, 1e4)  # n' over P's depth
 
 
-def close(a, b, rel=1e-9):
-    assert isclose(a, b, rel_tol=rel), (a, b)
+close = partial(agree, rel=1e-9)
 
 
 def warped(view, strength, **kind):
@@ -50,7 +51,7 @@ def test_m_z_is_the_texel_s_beam_over_the_pixel_s(view, strength):
     w = pyramid_w(view, n, z)
     t = f / (f - n) * (1 - n / (w + 1e-30j * w))  # (21), its derivative by a complex step
     beam = 1 / (np.imag(t) / (1e-30 * w))
-    np.testing.assert_allclose(beam_error_z(m, z), beam / (2 * z * tan(view.phi)), rtol=1e-7)
+    agree(beam_error_z(m, z), beam / (2 * z * tan(view.phi)), rel=1e-7)
 
 
 @given(views(), strengths)
@@ -58,13 +59,13 @@ def test_m_z_of_a_log_map_is_the_texel_s_beam_over_the_pixel_s(view, strength):
     m, z = warped(view, strength, logarithmic=True), depths(view, 33)
     n, f = m.parameter, m.parameter + pyramid_depth(view)
     beam = np.log(f / n) * pyramid_w(view, n, z)  # t = ln(w/n')/ln(f'/n')
-    np.testing.assert_allclose(beam_error_z(m, z), beam / (2 * z * tan(view.phi)), rtol=1e-7)
+    agree(beam_error_z(m, z), beam / (2 * z * tan(view.phi)), rel=1e-7)
 
 
 @given(views(), strengths)
 def test_m_x_is_the_texel_s_beam_over_the_pixel_s_on_a_pyramid_that_just_holds_the_view(view, strength):
     m, z = warped(view, strength), depths(view, 33)
-    np.testing.assert_allclose(error_x(m, z), pyramid_width(view, m.parameter) * pyramid_w(view, m.parameter, z) / z, rtol=1e-7)
+    agree(error_x(m, z), pyramid_width(view, m.parameter) * pyramid_w(view, m.parameter, z) / z, rel=1e-7)
 
 
 @given(views(min_gamma=0.01), strengths)
@@ -73,8 +74,8 @@ def test_m_z_along_the_view_axis_is_the_text_s(view, strength):
     n, f = m.parameter, m.parameter + pyramid_depth(view)
     a, b, s, c = view.near * tan(view.phi), view.far * tan(view.phi), sin(view.gamma), cos(view.gamma)
     psi = n + a * c + (z - view.near) * s if view.phi <= view.gamma else n + b * c + (z - view.far) * s
-    np.testing.assert_allclose(error_z(m, z), (f - n) / (2 * tan(view.phi) * n * f) * psi**2 / (z * s), rtol=1e-9)
-    np.testing.assert_allclose(error_z(m, z, 3.0), 3.0 * error_z(m, z), rtol=1e-12)
+    agree(error_z(m, z), (f - n) / (2 * tan(view.phi) * n * f) * psi**2 / (z * s), rel=1e-9)
+    agree(error_z(m, z, 3.0), 3.0 * error_z(m, z), rel=1e-12)
 
 
 @given(views(), strengths, st.booleans(), st.booleans())
@@ -90,24 +91,24 @@ def test_the_maxima_are_those_over_the_view_axis(view, strength, logarithmic, pe
 def test_the_largest_m_z_of_a_bent_log_map_is_the_largest_of_all(view, strength, bend):
     m, z = warped(view, strength, logarithmic=True, bend=bend), depths(view, 400)
     largest = float(beam_error_z(m, z).max())
-    assert largest <= max_beam_error_z(m) * (1 + 1e-12)
-    assert max_beam_error_z(m) <= largest * 1.02
+    at_most(largest / max_beam_error_z(m) - 1.0, 1e-12)
+    at_most(max_beam_error_z(m) / largest - 1.0, 0.02)
 
 
 @given(views(), st.floats(0.02, 100.0))
 def test_a_log_map_bent_to_the_perspective_map_has_its_error(view, strength):
     m, z = warped(view, strength), depths(view, 9)
     bent = warped(view, strength, logarithmic=True, bend=pyramid_depth(view) / m.parameter)
-    np.testing.assert_allclose(beam_error_z(bent, z), beam_error_z(m, z), rtol=1e-7)
+    agree(beam_error_z(bent, z), beam_error_z(m, z), rel=1e-7)
 
 
 @given(views(), strengths, st.booleans())
 def test_scalars_and_arrays_agree_and_weak_warps_tend_to_uniform(view, strength, logarithmic):
     m, z = warped(view, strength, logarithmic=logarithmic), depths(view, 9)
     for at in (error_x, beam_error_z):
-        assert [float(at(m, float(x))) for x in z] == pytest.approx(at(m, z), rel=1e-13)
+        agree([float(at(m, float(x))) for x in z], at(m, z), rel=1e-13)
         weak, flat = (replace(m, parameter=p * pyramid_depth(view)) for p in (1e11, inf))
-        np.testing.assert_allclose(at(weak, z), at(flat, z), rtol=1e-9)
+        agree(at(weak, z), at(flat, z), rel=1e-9)
 
 
 def test_nothing_is_nan_on_hostile_views():
@@ -129,18 +130,18 @@ def test_overhead_errors_and_maxima_are_the_text_s(view, factor):
     n, f, phi = view.near, view.far, view.phi
     p = n * factor
     m, z = WarpedMap(n, f, phi, pi / 2, p), depths(view, 17)
-    np.testing.assert_allclose(error_x(m, z), f * (p + z - n) / (z * (p + f - n)), rtol=1e-9)  # (25)
-    np.testing.assert_allclose(error_z(m, z), (f - n) / (2 * tan(phi)) * (p + z - n) ** 2 / (z * p * (p + f - n)), rtol=1e-9)  # (26)
+    agree(error_x(m, z), f * (p + z - n) / (z * (p + f - n)), rel=1e-9)  # (25)
+    agree(error_z(m, z), (f - n) / (2 * tan(phi)) * (p + z - n) ** 2 / (z * p * (p + f - n)), rel=1e-9)  # (26)
     near_side = p <= lispsm_parameter(n, f)
     close(max_error_x(m), f * p / (n * (f - n + p)))  # (28)
     close(max_error_z(m), (f - n) / (2 * tan(phi)) * ((p + f - n) / (f * p) if near_side else p / (n * (p + f - n))))  # (29)
     storage = (f / n - 1) / (2 * tan(phi)) * (1.0 if near_side else f * p**2 / (n * (p + f - n) ** 2))  # (31)
     close(max_error_x(m) * max_error_z(m), storage)
     v, n_bar, n_bar0 = (z - n) / (f - n), p / (f - n), n / (f - n)
-    np.testing.assert_allclose(error_x(m, z), base_error_s(v, n_bar, n_bar0), rtol=1e-7)  # 5.27
-    np.testing.assert_allclose(error_z(m, z), base_error_t(v, n_bar, n_bar0) / (2 * tan(phi)), rtol=1e-7)  # 5.28
+    agree(error_x(m, z), base_error_s(v, n_bar, n_bar0), rel=1e-7)  # 5.27
+    agree(error_z(m, z), base_error_t(v, n_bar, n_bar0) / (2 * tan(phi)), rel=1e-7)  # 5.28
     log_map = replace(m, logarithmic=True)
-    np.testing.assert_allclose(error_z(log_map, z), base_error_log_t(v, n_bar, n_bar0) / (2 * tan(phi)), rtol=1e-7)  # 5.41
+    agree(error_z(log_map, z), base_error_log_t(v, n_bar, n_bar0) / (2 * tan(phi)), rel=1e-7)  # 5.41
 
 
 @given(views(min_ratio=1.01))
@@ -148,7 +149,7 @@ def test_the_log_map_with_its_apex_in_the_eye_is_flat(view):
     gamma = view.phi + 0.02 + (pi / 2 - view.phi - 0.02) * view.gamma / (pi / 2)
     m = WarpedMap(view.near, view.far, view.phi, gamma, view.near * (sin(gamma) - tan(view.phi) * cos(gamma)), True)
     values = error_z(m, depths(view))
-    np.testing.assert_allclose(values, values[0], rtol=1e-9)
+    agree(values, values[0], rel=1e-9)
     if gamma == pi / 2:
         close(values[0], log(view.ratio) / (2 * tan(view.phi)))  # (49)
 
@@ -180,11 +181,11 @@ def test_storage_of_partitions_is_the_sum_of_theirs(view, count):
     pairs = list(zip(splits[:-1], splits[1:], strict=True))
     for warp in (False, True):
         each = [WarpedMap(a, b, view.phi, pi / 2, lispsm_parameter(a, b) if warp else inf) for a, b in pairs]
-        close(sum(max_error_x(m) * max_error_z(m) for m in each), storage_factor_z(view.near, view.far, view.phi, count, warp), 1e-7)
+        close(sum(max_error_x(m) * max_error_z(m) for m in each), storage_factor_z(view.near, view.far, view.phi, count, warp), rel=1e-7)
         assert storage_factor_z(view.near, view.far, view.phi, count, warp) > storage_factor_log(view.near, view.far, view.phi)
-        close(storage_factor_z(view.near, view.far, view.phi, 10**9, warp), storage_factor_log(view.near, view.far, view.phi), 1e-5)
+        close(storage_factor_z(view.near, view.far, view.phi, 10**9, warp), storage_factor_log(view.near, view.far, view.phi), rel=1e-5)
     each = [WarpedMap(a, b, view.phi, pi / 2, a, True) for a, b in pairs]
-    close(sum(max_error_x(m) * max_error_z(m) for m in each), storage_factor_log(view.near, view.far, view.phi), 1e-7)  # 5.57
+    close(sum(max_error_x(m) * max_error_z(m) for m in each), storage_factor_log(view.near, view.far, view.phi), rel=1e-7)  # 5.57
 
 
 # --- statistics -------------------------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from addon.maths.fit import plan_shadows
 from addon.maths.frusta import frustum_corners
 from addon.maths.view import Light
 from addon.maths.warps import lispsm_general_parameter
+from tests.margins import agree, at_most
 from tests.maths.fit_rigs import IMAGE, camera_at, casters_round, plan_of, receivers_on, sun_at, texel_sizes, unit
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
@@ -57,7 +58,7 @@ def test_every_receiver_falls_inside_its_map_with_positive_w_and_depth_in_range(
         assert not p.is_empty
         s, t, depth, w = lookup.project(p, own)
         assert (w > 0.0).all()
-        assert max(np.abs(s).max(), np.abs(t).max(), np.abs(depth).max()) <= 1.0 + 1e-5
+        at_most(max(np.abs(s).max(), np.abs(t).max(), np.abs(depth).max()) - 1.0, 1e-5)
 
 
 @given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS))
@@ -70,7 +71,7 @@ def test_samples_far_from_the_origin_fit_as_well_as_near_it(seed, warp):
     far_plan = plan_of(far_camera, far_light, points + moved, far_bounds, warp, "z-log", casters=casters_round(points) + moved)
     for p, q in zip(near_plan.projections, far_plan.projections, strict=True):
         back = q.clip_from_world @ spaces.translation(moved)
-        assert np.allclose(p.clip_from_world, back, rtol=1e-4, atol=1e-4 * np.abs(back).max())
+        agree(p.clip_from_world, back, rel=1e-4, abs=1e-4 * np.abs(back).max())
 
 
 @given(seed=st.integers(0, 100_000), warp=st.sampled_from((*WARPS, *BENT)), light_kind=st.sampled_from(["sun", "spot"]))
@@ -80,7 +81,7 @@ def test_unproject_inverts_project(seed, warp, light_kind):
     plan = plan_of(camera, light, points, bounds, warp, "z-log")
     for _, p, own in _served(plan, camera, light, points)[1]:
         s, t, depth, _ = lookup.project(p, own)
-        assert np.allclose(lookup.unproject(p, s, t, depth), own, atol=1e-5)
+        agree(lookup.unproject(p, s, t, depth), own, abs=1e-5)
 
 
 @given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS), light_kind=st.sampled_from(["sun", "spot", "point"]))
@@ -92,7 +93,8 @@ def test_points_of_one_ray_share_a_texel_and_depth_grows_away_from_the_light(see
         own = own[:20]
         step = -lookup.towards_light(light, own) * 0.01
         here, there = lookup.project(p, own), lookup.project(p, own + step)
-        assert np.allclose(here[0], there[0], atol=1e-6) and np.allclose(here[1], there[1], atol=1e-6)
+        agree(here[0], there[0], abs=1e-6)
+        agree(here[1], there[1], abs=1e-6)
         assert (there[2] > here[2]).all()
         assert (lookup.light_depth(light, own + step) > lookup.light_depth(light, own)).all()
 

@@ -9,6 +9,7 @@ from addon.maths import lookup, measure, spaces
 from addon.maths.choices import WARPS
 from addon.maths.view import Light
 from addon.maths.warps import warp_depth
+from tests.margins import agree
 from tests.maths.fit_rigs import IMAGE, camera_at, plan_of, receivers_on, sun_at, unit
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
@@ -61,11 +62,11 @@ def test_errors_are_those_of_the_finite_difference_jacobian(light_kind, orthogra
     for k in np.flatnonzero(clear & (index >= 0))[:6]:
         projection = plan.projections[index[k]]
         j = _numeric_jacobian(camera, projection, points[k], normals[k])
-        assert np.isclose(got[k, 0], 1.0 / abs(np.linalg.det(j)), rtol=1e-4)
+        agree(got[k, 0], 1.0 / abs(np.linalg.det(j)), rel=1e-4)
         u, sigma, _ = np.linalg.svd(_numeric_jacobian(camera, projection, points[k], unit(to_light[k] + to_eye[k])))
         large_is_s = abs(u[0, 0]) >= abs(u[1, 0])
         if abs(abs(u[0, 0]) - abs(u[1, 0])) > 1e-3:
-            assert np.allclose(got[k, 1:], 1.0 / (sigma if large_is_s else sigma[::-1]), rtol=1e-3)
+            agree(got[k, 1:], 1.0 / (sigma if large_is_s else sigma[::-1]), rel=1e-3)
 
 
 @given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS))
@@ -76,7 +77,8 @@ def test_on_cards_that_face_the_mid_direction_the_total_is_the_product_of_the_pe
     mid /= np.linalg.norm(mid, axis=1, keepdims=True)
     m = measure.aliasing(camera, light, plan, points, mid, IMAGE, SIZE)
     m = m[~np.isnan(m[:, 0])]
-    assert len(m) and np.allclose(m[:, 0], m[:, 1] * m[:, 2], rtol=1e-6)
+    assert len(m)
+    agree(m[:, 0], m[:, 1] * m[:, 2], rel=1e-6)
 
 
 @pytest.mark.parametrize("warp", WARPS)
@@ -101,7 +103,7 @@ def test_m_z_on_the_view_axis_is_the_texts_times_sin_gamma(warp, gamma, ratio):
     else:
         shape = depth * np.ones_like(z) if n == np.inf else depth / (n * (n + depth)) * (n + along) ** 2  # T4 (37)
     text = IMAGE[1] / SIZE / (2.0 * np.tan(phi)) * shape / (z * np.sin(g))
-    assert np.allclose(m_z, text * np.sin(g), rtol=1e-9)
+    agree(m_z, text * np.sin(g), rel=1e-9)
 
 
 @pytest.mark.parametrize("warp", WARPS)
@@ -148,10 +150,10 @@ def test_a_texels_footprint_is_one_step_in_s_and_one_in_t_across_the_ray(seed, w
     for i in np.unique(index[index >= 0]):
         p, own = plan.projections[i], points[index == i]
         steps = lookup.texel_footprint(p, own, light, SIZE)
-        assert np.allclose((steps * lookup.towards_light(light, own)[:, None]).sum(axis=-1), 0.0, atol=1e-9)
+        agree((steps * lookup.towards_light(light, own)[:, None]).sum(axis=-1), 0.0, abs=1e-9)
         h = 1e-4
         for axis in (0, 1):
             ahead, back = lookup.project(p, own + h * steps[:, axis]), lookup.project(p, own - h * steps[:, axis])
             for ndc in (0, 1):
                 moved = (ahead[ndc] - back[ndc]) / (2 * h) * SIZE / 2
-                assert np.allclose(moved, float(ndc == axis), atol=1e-5)
+                agree(moved, float(ndc == axis), abs=1e-5)

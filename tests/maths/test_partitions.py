@@ -12,13 +12,14 @@ from addon.maths.choices import PARTITIONS, PartitionChoice
 from addon.maths.errors import max_error_z
 from addon.maths.partitions import split_distances
 from addon.maths.warped_map import WarpedMap
-from tests.maths.views import views
+from tests.margins import agree, at_most
+from tests.maths.views import reals, views
 
 counts = st.integers(1, 8)
 kinds = st.sampled_from(PARTITIONS)
 
 
-@given(views(max_ratio=1e7), kinds, counts, st.floats(0.0, 1.0), st.floats(1.01, 50.0), st.none() | st.floats(1e-3, 1e4))
+@given(views(max_ratio=1e7), kinds, counts, reals(0.0, 1.0), st.floats(1.01, 50.0), st.none() | st.floats(1e-3, 1e4))
 def test_splits_increase_strictly_from_near_to_far_and_keep_their_count(view, kind, count, weight, alpha, pseudo_near):
     choice = PartitionChoice(kind, count, weight, (alpha,), pseudo_near)
     splits = split_distances(choice, view.near, view.far, view.gamma)
@@ -30,10 +31,10 @@ def test_splits_increase_strictly_from_near_to_far_and_keep_their_count(view, ki
 @given(views(), counts)
 def test_log_splits_are_self_similar(view, count):
     splits = split_distances(PartitionChoice("z-log", count), view.near, view.far, view.gamma)
-    np.testing.assert_allclose(splits[1:] / splits[:-1], view.ratio ** (1 / count), rtol=1e-9)
+    agree(splits[1:] / splits[:-1], view.ratio ** (1 / count), rel=1e-9)
 
 
-@given(views(min_ratio=1.5), st.integers(2, 6), st.integers(0, 5), st.floats(-0.3, 0.3))
+@given(views(min_ratio=1.5), st.integers(2, 6), st.integers(0, 5), reals(-0.3, 0.3))
 def test_no_other_splits_have_a_smaller_largest_error(view, count, which, shift):
     def worst(splits):
         return max(max_error_z(WarpedMap(a, b, view.phi)) for a, b in zip(splits[:-1], splits[1:], strict=True))
@@ -42,22 +43,22 @@ def test_no_other_splits_have_a_smaller_largest_error(view, count, which, shift)
     moved = splits.copy()
     i = 1 + which % (count - 1)
     moved[i] *= (splits[i + 1] / splits[i]) ** shift
-    assert worst(splits) <= worst(moved) * (1 + 1e-12)
+    at_most(worst(splits) / worst(moved) - 1.0, 1e-12)
 
 
-@given(views(), counts, st.floats(0.0, 1.0))
+@given(views(), counts, reals(0.0, 1.0))
 def test_pssm_is_the_weighted_mean_of_log_and_linear(view, count, weight):
     log, linear, pssm = (
         split_distances(PartitionChoice(kind, count, weight), view.near, view.far, view.gamma) for kind in ("z-log", "z-linear", "z-pssm"))
-    np.testing.assert_allclose(pssm, weight * log + (1 - weight) * linear, rtol=1e-12)
-    np.testing.assert_allclose(np.diff(linear), (view.far - view.near) / count, rtol=1e-6)
+    agree(pssm, weight * log + (1 - weight) * linear, rel=1e-12)
+    agree(np.diff(linear), (view.far - view.near) / count, rel=1e-6)
 
 
 @given(views(max_ratio=1e7), counts, st.floats(1.5, 6.0))
 def test_adaptive_splits_are_self_similar_under_overhead_light(view, count, alpha):
     choices = (PartitionChoice(kind, count, alpha=(alpha,)) for kind in ("z-log", "z-adaptive"))
     log, adaptive = (split_distances(choice, view.near, view.far, pi / 2) for choice in choices)
-    np.testing.assert_allclose(adaptive, log, rtol=1e-9)
+    agree(adaptive, log, rel=1e-9)
 
 
 @given(views(max_ratio=1e7), counts)
@@ -84,7 +85,7 @@ def test_adaptive_splits_are_the_text_s_recursion_where_it_stays_above_near(view
         expected.append(f)
     splits = split_distances(PartitionChoice("z-adaptive", count, alpha=tuple(alphas)), view.near, view.far, view.gamma)
     if valid:
-        np.testing.assert_allclose(splits[1:][::-1], expected, rtol=1e-9)
+        agree(splits[1:][::-1], expected, rel=1e-9)
 
 
 @given(views(), st.integers(2, 8))
@@ -93,14 +94,14 @@ def test_parallel_light_keeps_every_ratio_but_the_first_at_alpha_or_below(view, 
     ratios = splits[1:] / splits[:-1]
     assert (ratios[1:] <= 3.0 * (1 + 1e-12)).all()
     if view.ratio < 3.0 ** (count - 0.5):  # where the text would fall below near: the first partition gets half the others' log share
-        np.testing.assert_allclose(ratios[0], sqrt(ratios[1]), rtol=1e-9)
+        agree(ratios[0], sqrt(ratios[1]), rel=1e-9)
 
 
 @given(views(min_ratio=2.0), st.integers(2, 8))
 def test_splits_move_without_a_jump_while_the_light_turns(view, count):
     angles = np.linspace(0.0, pi / 2, 181)
     splits = np.array([split_distances(PartitionChoice("z-adaptive", count), view.near, view.far, float(g)) for g in angles])
-    assert np.abs(np.diff(np.log(splits), axis=0)).max() < 0.2
+    at_most(np.abs(np.diff(np.log(splits), axis=0)).max(), 0.2)
 
 
 @given(views(min_ratio=10.0), st.integers(2, 8), st.floats(0.1, 0.9))
@@ -108,16 +109,16 @@ def test_pseudo_near_splits_start_at_the_plane_and_go_on_self_similar(view, coun
     first = view.near * view.ratio ** (1 / count)
     plane = first + share * (view.far / view.ratio ** (0.25 / count) - first)
     splits = split_distances(PartitionChoice("z-pseudo-near", count, pseudo_near=plane), view.near, view.far, view.gamma)
-    np.testing.assert_allclose(splits[1], plane, rtol=1e-12)
-    np.testing.assert_allclose(splits[2:] / splits[1:-1], (view.far / plane) ** (1 / (count - 1)), rtol=1e-9)
+    agree(splits[1], plane, rel=1e-12)
+    agree(splits[2:] / splits[1:-1], (view.far / plane) ** (1 / (count - 1)), rel=1e-9)
 
 
 @given(views(min_ratio=10.0), st.integers(3, 8))
 def test_pseudo_near_splits_are_better_than_pssm_behind_the_first_partition(view, count):
     choices = (PartitionChoice(kind, count) for kind in ("z-pseudo-near", "z-pssm"))
     np_splits, pssm = (split_distances(choice, view.near, view.far, view.gamma) for choice in choices)
-    np.testing.assert_allclose(np_splits[1], pssm[1], rtol=1e-12)
-    assert (np_splits[2:] / np_splits[1:-1]).max() <= (pssm[2:] / pssm[1:-1]).max() * (1 + 1e-12)
+    agree(np_splits[1], pssm[1], rel=1e-12)
+    at_most((np_splits[2:] / np_splits[1:-1]).max() / (pssm[2:] / pssm[1:-1]).max() - 1.0, 1e-12)
 
 
 def test_a_pseudo_near_plane_before_near_asks_for_log_splits():

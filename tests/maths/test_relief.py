@@ -13,6 +13,7 @@ from addon.maths.relief import (
     relief_warp,
 )
 from addon.maths.relief_frame import capture_frame
+from tests.margins import agree, at_most
 from tests.maths.relief_rigs import (
     IMAGE,
     apply_homography,
@@ -59,11 +60,11 @@ def test_the_warp_inverts_and_is_radial_about_the_epipole(seed, perspective_capt
     frame, camera, uv, relief = _rig(np.random.default_rng(seed), perspective_capture, ortho_view)
     warp = relief_warp(frame, camera)
     warped = warp.forward(uv, relief)
-    np.testing.assert_allclose(warp.inverse(warped, relief), uv, atol=1e-7)
+    agree(warp.inverse(warped, relief), uv, abs=1e-7)
     e_u, e_v, e_w = warp.K
     if abs(e_w) > 1e-3 * np.hypot(e_u, e_v):
         epipole = np.array([e_u, e_v]) / e_w
-        np.testing.assert_allclose(warped, epipole + warp.scale(relief)[:, None] * (uv - epipole), atol=1e-6)
+        agree(warped, epipole + warp.scale(relief)[:, None] * (uv - epipole), abs=1e-6)
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -75,7 +76,7 @@ def test_the_inverse_lies_on_the_view_ray(seed):
     on_ray = frame.points_ws(warp.inverse(uv, relief), relief) - camera.eye_ws
     on_plane = frame.points_ws(uv, np.zeros(len(uv))) - camera.eye_ws
     sine = np.linalg.norm(np.cross(on_ray, on_plane), axis=1) / np.linalg.norm(on_ray, axis=1) / np.linalg.norm(on_plane, axis=1)
-    assert sine.max() < 1e-9
+    at_most(sine.max(), 1e-9)
 
 
 def test_a_perspective_capture_is_the_identity_at_its_own_eye_however_the_camera_turns():
@@ -104,12 +105,12 @@ def test_an_orthographic_capture_of_an_orthographic_view_is_the_identity_whereve
 def test_texels_and_points_invert_each_other(seed):
     frame, _, uv, relief = _rig(np.random.default_rng(seed), bool(seed & 1), False)
     back_uv, back_relief = frame.texels(frame.points_ws(uv, relief))
-    np.testing.assert_allclose(back_uv, uv, atol=1e-7)
-    np.testing.assert_allclose(back_relief, relief, rtol=1e-7, atol=1e-10 * max(frame.depth_m, 1.0))
+    agree(back_uv, uv, abs=1e-7)
+    agree(back_relief, relief, rel=1e-7, abs=1e-10 * max(frame.depth_m, 1.0))
     depth = depth_from_relief(frame.source, relief)
-    np.testing.assert_allclose(relief_from_depth(frame.source, depth), relief, rtol=1e-9, atol=1e-15)
+    agree(relief_from_depth(frame.source, depth), relief, rel=1e-9, abs=1e-15)
     assert depth.min() >= 0.0
-    np.testing.assert_allclose((frame.plane_from_world @ np.append(frame.points_ws(uv, relief)[0], 1.0))[2], depth[0], atol=1e-9)
+    agree((frame.plane_from_world @ np.append(frame.points_ws(uv, relief)[0], 1.0))[2], depth[0], abs=1e-9)
 
 
 def test_the_coefficients_are_the_triple_products_of_oliveira():

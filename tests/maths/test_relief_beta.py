@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from addon.maths.relief_beta import beta_screen, betas
 from addon.maths.relief_frame import CaptureChoice, capture_frame
+from tests.margins import agree
 from tests.maths.relief_rigs import HALF_FOV, IMAGE, capture_of, corners, homography_of_quad, hull_of, look_at, ortho_at, random_eye
 
 BOX = corners([-1, -1, -1], [1, 1, 1])
@@ -32,12 +33,12 @@ def test_beta_is_the_largest_angle_between_true_and_shown(seed, perspective):
     frame, capture_camera = capture_of(rng, hull, perspective)
     camera = random_eye(rng, hull, capture_camera, False)
     found = betas(frame, hull, camera, IMAGE)
-    assert found.total == pytest.approx(_by_hand(frame, hull, camera.eye_ws), abs=1e-9)
+    agree(found.total, _by_hand(frame, hull, camera.eye_ws), abs=1e-9)
     normal = frame.world_from_plane[:3, 2]
     moved = camera.eye_ws - capture_camera.eye_ws
     along = normal * (moved @ normal)
-    assert found.trans_n == pytest.approx(_by_hand(frame, hull, capture_camera.eye_ws + along), abs=1e-9)
-    assert found.trans_p == pytest.approx(_by_hand(frame, hull, camera.eye_ws - along), abs=1e-9)
+    agree(found.trans_n, _by_hand(frame, hull, capture_camera.eye_ws + along), abs=1e-9)
+    agree(found.trans_p, _by_hand(frame, hull, camera.eye_ws - along), abs=1e-9)
 
 
 def test_at_the_captures_eye_a_perspective_sprite_is_exact_and_an_orthographic_one_is_not():

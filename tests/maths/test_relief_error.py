@@ -16,6 +16,7 @@ from addon.maths.relief_edges import EdgeChoice, relief_edges
 from addon.maths.relief_error import EXACT, PREDICTORS, predict, predict_one, relief_set
 from addon.maths.relief_frame import CaptureChoice, capture_frame
 from addon.maths.relief_outline import hull_pieces
+from tests.margins import agree, at_most
 from tests.maths.relief_rigs import (
     IMAGE,
     apply_homography,
@@ -75,7 +76,7 @@ def test_critical_is_ri_5_7_at_the_neighbours_with_the_largest_step(seed):
                         best = max(best, step)
                         errors.append(_written_by_hand(frame, camera, depth, other, (column, row)))
     found = predict_one(relief_edges(frame, depth, mask, back), camera, IMAGE)["critical"]
-    assert min(abs(found - e) for e in errors) < 1e-6 * max(1.0, found)
+    at_most(min(abs(found - e) for e in errors), 1e-6 * max(1.0, found))
 
 
 def test_the_closed_form_of_ri_5_5_holds_for_a_horizontal_pair():
@@ -120,7 +121,7 @@ def test_the_corrected_critical_point_is_its_gap_in_the_picture(seed, perspectiv
     foreground, background = warp.forward(middle + normal / 2, near), warp.forward(middle - normal / 2, far)
     stretch = max(0.0, (foreground - background) @ normal - 1.0)
     ends = apply_homography(homography_of_quad(frame, camera, IMAGE), background + normal * np.array([[1.0], [1.0 + stretch]]))
-    assert predict_one(edges, camera, IMAGE)["critical_px"] == pytest.approx(np.linalg.norm(ends[1] - ends[0]), rel=1e-6, abs=1e-9)
+    agree(predict_one(edges, camera, IMAGE)["critical_px"], np.linalg.norm(ends[1] - ends[0]), rel=1e-6, abs=1e-9)
 
 
 def test_shear_and_folds_are_not_counted_by_the_corrected_forms():
@@ -159,7 +160,7 @@ def test_an_edges_opening_is_the_area_between_its_two_warped_images(seed, perspe
     )
     x, y = strip[..., 0] - strip[0, :, 0], strip[..., 1] - strip[0, :, 1]
     area = 0.5 * (x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0)).sum(axis=0)
-    np.testing.assert_allclose(found, np.maximum(0.0, area), rtol=0.05, atol=0.02 * np.abs(area).max())
+    agree(found, np.maximum(0.0, area), rel=0.05, abs=0.02 * np.abs(area).max())
 
 
 @given(st.integers(0, 2**32 - 1), st.booleans())
@@ -173,7 +174,7 @@ def test_the_directional_sums_are_the_edge_sum(seed, perspective):
     ahead = seen.camera.eye_ws + rng.uniform(-1, 0.4) * (seen.camera.eye_ws - solids.hull.mean(axis=0)) * -1.0
     for camera in (random_eye(rng, solids.hull, seen.camera, False), look_at(ahead, solids.hull.mean(axis=0))):
         found = predict_one(edges, camera, IMAGE)
-        assert found["edge_fast_px"] == pytest.approx(found["edge_sum_px"], rel=0.25, abs=60.0)
+        agree(found["edge_fast_px"], found["edge_sum_px"], rel=0.25, abs=60.0)
 
 
 def test_the_directional_sums_are_exact_for_orthographic_captures_of_orthographic_views():
@@ -320,7 +321,7 @@ def test_the_hulls_pieces_open_as_far_as_the_farthest_of_all_that_lies_behind(se
     for y in rng.uniform(0.0, 1.0, 5):
         opens = np.zeros(7)
         np.add.at(opens, line[begin], np.maximum(0.0, y * (points[end] - points[begin]) - (along[end] - along[begin])))
-        np.testing.assert_allclose(opens, (y * (deep - deep[:, :1]) - np.arange(30)).max(axis=1), atol=1e-9)
+        agree(opens, (y * (deep - deep[:, :1]) - np.arange(30)).max(axis=1), abs=1e-9)
 
 
 def test_a_rod_uncovers_no_more_than_its_own_width_and_side():

@@ -10,6 +10,7 @@ from addon.maths.choices import CUTS, PartitionChoice
 from addon.maths.light_space import sun_space
 from addon.maths.measure import pixel_gradients, texel_gradients
 from addon.maths.partitions import split_distances
+from tests.margins import at_most
 from tests.maths.fit_rigs import IMAGE, camera_at, plan_of, sun_at
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
@@ -72,7 +73,7 @@ def test_maps_along_the_light_contain_its_rays_and_do_not_overlap(gamma, azimuth
     space = sun_space(light, camera)
     reach = []
     for p in plan.projections:
-        assert np.abs(p.region_planes_ws[:, :3] @ light.direction_ws).max() < 1e-9
+        at_most(np.abs(p.region_planes_ws[:, :3] @ light.direction_ws).max(), 1e-9)
         own = points[lookup.partition_index(plan, camera, points) == plan.projections.index(p)]
         if len(own):
             z = space.points(own - camera.eye_ws)[:, 2]

@@ -1,7 +1,8 @@
 """Warp parameters and the maps t(v) against their definitions."""
 
 from dataclasses import replace
-from math import atan, inf, isclose, log, log1p, pi, radians, sin, sqrt, tan
+from functools import partial
+from math import atan, inf, log, log1p, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -35,14 +36,14 @@ from addon.maths.warps import (
     warp_depth,
     warp_parameter,
 )
-from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, light_z, pyramid_depth, views
+from tests.margins import agree, at_most
+from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, light_z, pyramid_depth, reals, views
 
 OVERHEAD = pi / 2
 bends = st.floats(-0.95, 100.0).filter(lambda bend: bend == 0.0 or abs(bend) > 1e-6)
 
 
-def close(a, b, rel=1e-9):
-    assert isclose(a, b, rel_tol=rel), (a, b)
+close = partial(agree, rel=1e-9)
 
 
 # --- P, γ_lim ---------------------------------------------------------------------------------------------------------------------
@@ -61,7 +62,7 @@ def test_gamma_lim_is_where_near_and_far_plane_start_to_overlap(view):
     at_limit = type(view)(view.near, view.far, view.phi, limit)
     top_of_near = light_z(at_limit, view.near, view.near * tan(view.phi))
     bottom_of_far = light_z(at_limit, view.far, -view.far * tan(view.phi))
-    assert abs(top_of_near - bottom_of_far) < 1e-9 * view.far
+    agree(top_of_near, bottom_of_far, abs=1e-9 * view.far)
 
 
 # --- the generalised LiSPSM -------------------------------------------------------------------------------------------------------
@@ -79,7 +80,7 @@ def test_generalised_lispsm_has_the_least_largest_m_z(view, factor):
     gamma = max(view.gamma, gamma_lim_rad(view.near, view.far, view.phi))
     best = lispsm_general_parameter(view.near, view.far, view.phi, gamma)
     least, other = (max_error_z(WarpedMap(view.near, view.far, view.phi, gamma, p)) for p in (best, best * factor))
-    assert least <= other * (1 + 1e-12)
+    at_most(least / other - 1.0, 1e-12)
 
 
 @given(views(max_ratio=1e7))
@@ -168,14 +169,14 @@ def test_the_strength_of_every_warp_is_continuous_in_gamma(choice, view):
     limit = gamma_lim_rad(view.near, view.far, view.phi)
     for gamma in (0.0, view.gamma, view.phi / 3, view.phi, limit, min(limit, DIRECT_FADE_RAD), view.phi + 0.3 * (pi / 2 - view.phi)):
         before, after = (strength(choice, view.near, view.far, view.phi, min(max(g, 0.0), pi / 2)) for g in (gamma - 1e-9, gamma + 1e-9))
-        assert abs(after - before) < 1e-3
+        agree(after, before, abs=1e-3)
 
 
-@given(views(max_ratio=1e3, min_ratio=1.5), st.sampled_from(WARPS), st.floats(0.0, 1.2))
+@given(views(max_ratio=1e3, min_ratio=1.5), st.sampled_from(WARPS), reals(0.0, 1.2))
 def test_the_strength_of_every_warp_is_continuous_in_the_pseudo_near_plane(view, kind, share):
     place = view.near + share * (view.far - view.near)
     before, after = (strength(WarpChoice(kind, pseudo_near=place + d), *view.shape) for d in (-1e-9 * view.near, 1e-9 * view.near))
-    assert abs(after - before) < 1e-3
+    agree(after, before, abs=1e-3)
 
 
 def test_orthographic_and_empty_views_are_not_warped():
@@ -187,7 +188,7 @@ def test_orthographic_and_empty_views_are_not_warped():
         warp_parameter(WarpChoice(), -1.0, 5.0, 0.5, 1.0)
 
 
-@given(views(min_ratio=1.01, min_gamma=DIRECT_FADE_RAD), st.floats(-0.99, 1.0))
+@given(views(min_ratio=1.01, min_gamma=DIRECT_FADE_RAD), reals(-0.99, 1.0))
 def test_parameters_given_by_hand_are_taken_as_they_are(view, eta):
     depth = warp_depth(*view.shape)
     close(eta_from_parameter(warp_parameter(WarpChoice(eta=eta), *view.shape), view.near, view.far, depth) + 2.0, eta + 2.0)
@@ -197,14 +198,14 @@ def test_parameters_given_by_hand_are_taken_as_they_are(view, eta):
 # --- η, ω, pseudo-near ------------------------------------------------------------------------------------------------------------
 
 
-@given(views(max_ratio=1e7), st.floats(-0.999, 1.0))
+@given(views(max_ratio=1e7), reals(-0.999, 1.0))
 def test_eta_and_its_parameter_are_inverse(view, eta):
     back = eta_from_parameter(parameter_from_eta(eta, view.near, view.far), view.near, view.far)
-    assert abs(back - eta) < 1e-9 * (view.ratio / (view.ratio - 1.0))
+    agree(back, eta, abs=1e-9 * (view.ratio / (view.ratio - 1.0)))
     assert eta_from_parameter(inf, view.near, view.far) == -1.0 and parameter_from_eta(-1.0, view.near, view.far) == inf
 
 
-@given(views(min_ratio=1.1), st.floats(-0.99, 1.0))
+@given(views(min_ratio=1.1), reals(-0.99, 1.0))
 def test_eta_is_the_share_of_the_largest_m_z(view, eta):
     def m_z(parameter):
         return max_error_z(WarpedMap(view.near, view.far, view.phi, OVERHEAD, parameter))
@@ -218,9 +219,9 @@ def test_omega_is_linear_in_the_largest_m_x_and_inverts(view, omega):
     parameter = parameter_from_omega(omega, view.near, view.far)
     close(omega_from_parameter(parameter, view.near, view.far), omega)
     flat, best = view.ratio, 1.0
-    close(max_error_x(WarpedMap(view.near, view.far, view.phi, OVERHEAD, parameter)), flat + omega * (best - flat), 1e-7)
+    close(max_error_x(WarpedMap(view.near, view.far, view.phi, OVERHEAD, parameter)), flat + omega * (best - flat), rel=1e-7)
     assert parameter_from_omega(0.0, view.near, view.far) == inf and omega_from_parameter(inf, view.near, view.far) == 0.0
-    close(parameter_from_omega(1.0, view.near, view.far), view.near, 1e-6)
+    close(parameter_from_omega(1.0, view.near, view.far), view.near, rel=1e-6)
 
 
 def base_storage(n_bar, n_bar0, v_np):
@@ -234,8 +235,8 @@ def test_the_pseudo_near_parameter_has_the_least_storage_behind_the_plane(view, 
     n_bar0 = near / (far - near)
     best = pseudo_near_parameter(near, far, near + v_np * (far - near)) / (far - near)
     other = max((best if best < inf else 10.0) * factor, n_bar0)
-    assert base_storage(best, n_bar0, v_np) <= base_storage(other, n_bar0, v_np) * (1 + 1e-12)
-    assert base_storage(best, n_bar0, v_np) <= base_storage(inf, n_bar0, v_np) * (1 + 1e-12)
+    at_most(base_storage(best, n_bar0, v_np) / base_storage(other, n_bar0, v_np) - 1.0, 1e-12)
+    at_most(base_storage(best, n_bar0, v_np) / base_storage(inf, n_bar0, v_np) - 1.0, 1e-12)
 
 
 def test_the_pseudo_near_floor_is_lloyd_s():
@@ -244,7 +245,7 @@ def test_the_pseudo_near_floor_is_lloyd_s():
 
 
 @settings(max_examples=40)
-@given(views(max_ratio=1e4, min_ratio=1.5), st.floats(0.001, 0.6), st.floats(-0.999, 1.0), st.booleans())
+@given(views(max_ratio=1e4, min_ratio=1.5), st.floats(0.001, 0.6), reals(-0.999, 1.0), st.booleans())
 def test_the_log_warps_apex_has_the_least_storage_behind_the_pseudo_near_plane(view, v_np, eta, perspective_s):
     near, far = view.near, view.far
     n_bar0 = near / (far - near)
@@ -255,7 +256,7 @@ def test_the_log_warps_apex_has_the_least_storage_behind_the_pseudo_near_plane(v
 
     best = log_apex(near, far, near + v_np * (far - near), perspective_s)
     assert near <= best
-    assert storage(best) <= storage(parameter_from_eta(eta, near, far)) * (1 + 1e-7)
+    at_most(storage(best) / storage(parameter_from_eta(eta, near, far)) - 1.0, 1e-7)
 
 
 # --- the maps ---------------------------------------------------------------------------------------------------------------------
@@ -277,13 +278,13 @@ def test_maps_run_from_zero_to_one_and_invert(name, n_bar):
     forward, inverse, derivative, extra = TRIOS[name]
     v = np.linspace(0.0, 1.0, 33)
     t = forward(v, n_bar, *extra)
-    np.testing.assert_allclose(t[[0, -1]], (0.0, 1.0), atol=1e-12)
+    agree(t[[0, -1]], (0.0, 1.0), abs=1e-12)
     assert (np.diff(t) > 0.0).all()
-    np.testing.assert_allclose(inverse(t, n_bar, *extra), v, atol=1e-9)
+    agree(inverse(t, n_bar, *extra), v, abs=1e-9)
     exact = np.imag(forward(v + 1e-30j, n_bar, *extra)) * 1e30
-    np.testing.assert_allclose(derivative(v, n_bar, *extra), exact, rtol=1e-9)
+    agree(derivative(v, n_bar, *extra), exact, rel=1e-9)
     for f in (forward, inverse, derivative):
-        assert [f(float(x), n_bar, *extra) for x in v] == pytest.approx(f(v, n_bar, *extra), rel=1e-13, abs=1e-15)
+        agree([f(float(x), n_bar, *extra) for x in v], f(v, n_bar, *extra), rel=1e-13, abs=1e-15)
 
 
 def test_uniform_maps_are_the_identity():
@@ -298,13 +299,13 @@ def test_uniform_maps_are_the_identity():
 @given(st.floats(1e-4, 1e4), st.floats(0.01, 100.0))
 def test_general_b_is_the_text_s_and_holds_the_log_and_the_perspective_map(n_bar, b):
     v = np.linspace(0.0, 1.0, 17)
-    np.testing.assert_allclose(spacing.log_perspective_forward(v, n_bar), spacing.logarithmic_forward(v, n_bar), atol=1e-12)
-    np.testing.assert_allclose(spacing.log_perspective_forward(v, n_bar, n_bar), spacing.perspective_forward(v, n_bar), atol=1e-12)
+    agree(spacing.log_perspective_forward(v, n_bar), spacing.logarithmic_forward(v, n_bar), abs=1e-12)
+    agree(spacing.log_perspective_forward(v, n_bar, n_bar), spacing.perspective_forward(v, n_bar), abs=1e-12)
     near_b = spacing.log_perspective_forward(v, n_bar, n_bar * (1 + 1e-9))
-    np.testing.assert_allclose(near_b, spacing.perspective_forward(v, n_bar), atol=1e-8)
+    agree(near_b, spacing.perspective_forward(v, n_bar), abs=1e-8)
     if abs(b / n_bar - 1.0) > 0.1:
         text = np.log((v + n_bar) * b / ((v + b) * n_bar)) / np.log((1 + n_bar) * b / ((1 + b) * n_bar))
-        np.testing.assert_allclose(spacing.log_perspective_forward(v, n_bar, b), text, atol=1e-9)
+        agree(spacing.log_perspective_forward(v, n_bar, b), text, abs=1e-9)
 
 
 @given(near=st.floats(0.01, 100.0), ratio=st.floats(1.05, 1e4), bend=bends)
@@ -319,28 +320,30 @@ def test_a_map_s_log_step_is_general_b_over_its_strip(near, ratio, bend):
     log_warp = replace(unit, scale=unit.scale * 2.0 / span, offset=-1.0 - 2.0 * float(unit.t_at(near)) / span)
     n_bar, b = near / (far - near), 1.0 / used if used else inf
     t = 2.0 * spacing.log_perspective_forward(v, n_bar, b) - 1.0
-    np.testing.assert_allclose(log_warp.t_at(w), t, atol=1e-7)
-    np.testing.assert_allclose(log_warp.w_at(t), w, rtol=1e-6)
+    agree(log_warp.t_at(w), t, abs=1e-7)
+    agree(log_warp.w_at(t), w, rel=1e-6)
     rate = 2.0 * spacing.log_perspective_derivative(v, n_bar, b) / (far - near)
-    np.testing.assert_allclose(log_warp.t_rate(w), rate, rtol=1e-6)
+    agree(log_warp.t_rate(w), rate, rel=1e-6)
 
 
 @given(near=st.floats(0.01, 10.0), ratio=st.floats(1.1, 1e4), bend=bends)
 def test_a_log_map_straightens_with_its_warp(near, ratio, bend):
     strengths = np.linspace(0.0, 1.2, 40) * log(ratio)
     faded = np.array([faded_bend(bend, near, near * ratio, s) for s in strengths])
-    assert faded[0] == 0.0 and faded[-1] == pytest.approx(bend)
-    assert (np.diff(np.abs(faded)) >= -1e-12).all() and np.abs(np.diff(np.log1p(faded))).max() <= abs(np.log1p(bend)) / 30 + 1e-6
+    assert faded[0] == 0.0
+    agree(faded[-1], bend, rel=1e-6)
+    assert (np.diff(np.abs(faded)) >= -1e-12).all()
+    at_most(np.abs(np.diff(np.log1p(faded))).max(), abs(np.log1p(bend)) / 30 + 1e-6)
 
 
 @given(views(min_ratio=1.01), st.floats(0.1, 100.0))
 def test_spacing_over_the_eye_s_is_the_error(view, factor):
     n_bar0 = view.near / (view.far - view.near)
     n_bar, v = n_bar0 * factor, np.linspace(0.0, 1.0, 17)
-    np.testing.assert_allclose(1 / spacing.perspective_derivative(v, n_bar) / (v + n_bar0), base_error_t(v, n_bar, n_bar0), rtol=1e-9)
-    np.testing.assert_allclose(1 / spacing.logarithmic_derivative(v, n_bar) / (v + n_bar0), base_error_log_t(v, n_bar, n_bar0), rtol=1e-9)
+    agree(1 / spacing.perspective_derivative(v, n_bar) / (v + n_bar0), base_error_t(v, n_bar, n_bar0), rel=1e-9)
+    agree(1 / spacing.logarithmic_derivative(v, n_bar) / (v + n_bar0), base_error_log_t(v, n_bar, n_bar0), rel=1e-9)
     scale = (v + n_bar0) / (1 + n_bar0)
-    np.testing.assert_allclose(1 / spacing.perspective_s_scale(v, n_bar) / scale, base_error_s(v, n_bar, n_bar0), rtol=1e-9)
+    agree(1 / spacing.perspective_s_scale(v, n_bar) / scale, base_error_s(v, n_bar, n_bar0), rel=1e-9)
 
 
 def test_gamma_lim_is_the_text_s():

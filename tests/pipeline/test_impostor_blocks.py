@@ -14,6 +14,7 @@ from addon.pipeline.impostor_texels import EMPTY
 from addon.pipeline.impostor_tiles import OVERLAP, STRIDES, TILE, tiles_and_windows
 from addon.pipeline.readback import read_texture
 from tests import scenes
+from tests.margins import agree
 from tests.maths.relief_rigs import corners
 
 CONTINUOUS = 0.25
@@ -76,13 +77,13 @@ def test_the_grids_bound_what_their_squares_of_texels_hold(seed, height, width):
     for _ in range(12):
         place = rng.integers(tiles.shape[:2] - np.array([2, 2])) + 1
         at = TILE * (place - 1), TILE
-        np.testing.assert_allclose(tiles[*place][[0, 2]], [square(about, *at).min(), square(near, *at).min()], rtol=1e-6)
+        agree(tiles[*place][[0, 2]], [square(about, *at).min(), square(near, *at).min()], rel=1e-6)
         assert square(behind, *at).max() - 1e-5 <= tiles[*place][1] <= square(around, *at).max() + 1e-5
         for stride, grid in zip(STRIDES, windows, strict=True):
             place = rng.integers(grid.shape[:2])
             at = stride * (place - OVERLAP), stride * OVERLAP
             expected = [square(near, *at).min(), square(far, *at).max(), square(slopes, *at).max()]
-            np.testing.assert_allclose(grid[*place][[0, 2, 3]], expected, rtol=1e-5)
+            agree(grid[*place][[0, 2, 3]], expected, rel=1e-5)
             assert square(behind, *at).max() - 1e-5 <= grid[*place][1] <= square(around, *at).max() + 1e-5
 
 

@@ -1,0 +1,65 @@
+"""Comparisons that note their worst, and the page made of them."""
+
+import numpy as np
+import pytest
+
+from tests import margins, sweep
+from tests.margins import agree, at_most
+
+
+@pytest.fixture
+def notes(monkeypatch):
+    """Fresh notes that are kept."""
+    monkeypatch.setattr(margins, "notes", margins.Notes())
+    margins.notes.are_kept = True
+    return margins.notes
+
+
+@pytest.mark.parametrize(
+    ("seen", "expected", "limits", "holds"),
+    [
+        (1.0 + 2e-10, 1.0, {"rel": 1e-9}, True),
+        (1.0 + 2e-9, 1.0, {"rel": 1e-9}, False),
+        ([0.0, 5.0], [0.1, 5.4], {"rel": 0.1, "abs": 0.2}, True),
+        ([0.0, 5.0], [0.3, 5.4], {"rel": 0.1, "abs": 0.2}, False),
+        (np.inf, np.inf, {"rel": 1e-9}, True),
+        (1.0, np.inf, {"rel": 1e-9}, False),
+        (np.nan, 1.0, {"abs": 10.0}, False),
+        ([], [], {"abs": 1.0}, True),
+    ],
+)
+def test_numbers_agree_to_the_larger_of_both_tolerances(seen, expected, limits, holds):
+    if holds:
+        agree(seen, expected, **limits)
+    else:
+        with pytest.raises(AssertionError):
+            agree(seen, expected, **limits)
+
+
+@pytest.mark.parametrize("seen", [2.0, [1.0, 1.5], np.nan])
+def test_what_is_above_its_limit_or_no_number_fails(seen):
+    with pytest.raises(AssertionError):
+        at_most(seen, 1.0)
+
+
+def test_the_worst_of_every_comparison_is_noted_by_its_source(notes):
+    for error in (1e-4, 3e-3, 2e-3):
+        agree(2.0 + 2.0 * error,
+              2.0, rel=0.01)
+        at_most(error, 0.004)
+    (_, (first, second)), worst = zip(*notes.found, strict=True), list(notes.found.values())
+    assert (first, second) == ("2.0 + 2.0 * error", "error")
+    assert [m.share for m in worst] == pytest.approx([0.3, 0.75])
+    assert [(m.asked, m.worst) for m in worst] == [("0.01 relative", "0.003 relative"), ("`0.004`", "0.003 of 0.004")]
+
+
+def test_a_page_keeps_the_sections_of_files_that_did_not_run(tmp_path):
+    page = tmp_path / "margins.md"
+    row = ("it holds", "2,000", "`a | b`", "1", "0.5", "2")
+    sweep.write_page(page, {"tests/b.py": [row], "tests/a.py": [row]})
+    before = page.read_text(encoding="utf-8")
+    sweep.write_page(page, {"tests/b.py": [("it is gone", *row[1:])]})
+    after = page.read_text(encoding="utf-8")
+    assert before.startswith("# Margins") and before.index("## tests/a.py") < before.index("## tests/b.py")
+    assert r"| it holds | 2,000 | `a \| b` | 1 | 0.5 | 2 |" in before
+    assert after == before[: before.rindex("it holds")] + "it is gone" + before[before.rindex("it holds") + len("it holds") :]
