@@ -263,6 +263,10 @@ SHIFTS = 2.0 * np.linspace(0.0, 1.0, 65) ** 2
 """Where the directional sums are tabulated: tangents of the angle by which the view ray has turned, denser where that is small; beyond,
 they go on linearly."""
 
+ON_BORDER = 1e-6
+"""Share of a strip: what lies less before a strip's end lies on the border and belongs to the next. Places are halves of texels, so none
+lies as near without lying on it; but a place that was carried to another frame and back is off by rounding."""
+
 
 def directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
     """`sums`, `totals` of `ReliefEdges`. Every edge opens along one axis, from the shift on at which its ends pass each other."""
@@ -272,7 +276,7 @@ def directional_sums(frame: CaptureFrame, edges: np.ndarray, bins: int) -> tuple
     step, axis = step[step > 0.0], (chosen[:, 3] != 0.0).astype(int)
     side = chosen[np.arange(len(chosen)), 2 + axis] * (chosen[:, 4] - chosen[:, 5]) < 0.0
     extent = np.array([frame.width, frame.height])[axis]
-    strip = np.clip((chosen[np.arange(len(chosen)), axis] / extent * bins).astype(int), 0, bins - 1)
+    strip = np.clip((chosen[np.arange(len(chosen)), axis] / extent * bins + ON_BORDER).astype(int), 0, bins - 1)
     group, count = (2 * axis + side) * bins + strip, 4 * bins
 
     def total(weight: np.ndarray) -> np.ndarray:

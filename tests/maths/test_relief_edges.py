@@ -1,13 +1,13 @@
 """What is gathered from a texture at capture against plain loops over its texels: critical pairs of regions, directional sums."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.maths.relief import relief_from_depth, shift_unit
 from addon.maths.relief_edges import SHIFTS, EdgeChoice, directional_sums, relief_edges
 from addon.maths.relief_frame import CaptureChoice, capture_frame
+from tests.margins import agree
 from tests.maths.relief_rigs import IMAGE, capture_of, hull_of
 
 
@@ -57,9 +57,7 @@ def test_each_regions_critical_pair_has_the_largest_step_whose_middle_lies_in_it
             np.testing.assert_array_equal(pair, np.zeros(6))
             continue
         near = pair[4] * frame.source[2] / (1.0 + pair[4] * frame.source[3])
-        assert abs(relief_from_depth(frame.source, near + largest[region]) - pair[4]) == pytest.approx(
-            abs(reliefs[region]), rel=1e-9, abs=1e-12
-        )
+        agree(abs(relief_from_depth(frame.source, near + largest[region]) - pair[4]), abs(reliefs[region]), rel=1e-9, abs=1e-12)
         cell = np.minimum((pair[:2] / [frame.width, frame.height] * regions).astype(int), np.array(regions) - 1)
         assert cell @ [1, regions[0]] == region
     assert any(np.array_equal(whole, pair) for pair in found)
@@ -82,5 +80,18 @@ def test_the_directional_sums_are_what_opens_at_each_shift_strip_by_strip(seed):
         strip = min(int((u, v)[axis] / (frame.width, frame.height)[axis] * bins), bins - 1)
         expected[2 * axis + (opens < 0.0), strip] += weight * np.maximum(0.0, abs(opens) * SHIFTS / unit - rest)
         mass[2 * axis + (opens < 0.0), strip] += weight * abs(opens)
-    np.testing.assert_allclose(sums, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
-    np.testing.assert_allclose(totals[..., 0], mass, rtol=1e-9, atol=1e-9 * np.abs(mass).max())
+    agree(sums, expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    agree(totals[..., 0], mass, rel=1e-9, abs=1e-9 * np.abs(mass).max())
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12))
+@settings(max_examples=20)
+def test_rounding_moves_no_edge_over_the_border_of_its_strip(seed, bins):
+    """Places that lie on borders too: a texture has them wherever a strip is a whole number of half texels wide."""
+    rng = np.random.default_rng(seed)
+    frame, depth, mask, back = _texture(rng)
+    edges = relief_edges(frame, depth, mask, back).edges
+    rounded = edges.copy()
+    rounded[:, :2] += rng.uniform(-1e-10, 1e-10, (len(edges), 2))
+    for before, after in zip(directional_sums(frame, edges, bins), directional_sums(frame, rounded, bins), strict=True):
+        agree(after, before, rel=1e-9, abs=1e-9 * np.abs(before).max())
