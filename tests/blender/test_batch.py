@@ -209,7 +209,7 @@ def test_giving_up_early_leaves_no_process_and_no_thread(crashing, room):
     running = crashing.answers([item(str(n), str(n), Path(str(n))) for n in range(50)], [], 3)
     next(running)
     running.close()
-    assert set(threading.enumerate()) == before
+    assert set(threading.enumerate()) <= before
 
 
 # ---- how far it is
@@ -245,7 +245,7 @@ def test_the_bar_leaves_no_thread(room):
     shown = room("batch.progress").Progress(5, Terminal())
     shown.advance()
     shown.close()
-    assert set(threading.enumerate()) == before
+    assert set(threading.enumerate()) <= before
 
 
 # ---- the sheet
