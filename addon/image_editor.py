@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from . import own_images
 from .cad_files.colors import linear_from_srgb
 from .errors import OutputError
 from .rendering import file_format
@@ -17,17 +18,15 @@ NAME = "CAD Shadow Preview"
 def to_image(picture: np.ndarray, name: str = NAME, is_data: bool = False) -> bpy.types.Image:
     """The float image `name` with this (h, w, 4) picture: scene linear and seen through the view transform like a render, or data as it is.
 
-    An image of that name and size is filled anew, so that an editor that shows it goes on showing it. It is packed: Blender shows only
-    images with a file, own or packed, through the view transform, and a saved .blend keeps the picture.
+    One made before is filled anew or replaced, so that an editor that shows it goes on showing it; an image of the user's own that bears
+    the name stays, and ours is called `name`.001. It is packed: Blender shows only images with a file, own or packed, through the view
+    transform, and a saved .blend keeps the picture.
     """
     height, width = picture.shape[:2]
-    image = bpy.data.images.get(name)
+    image = own_images.find(name)
     fits = image is not None and tuple(image.size) == (width, height) and image.is_float and image.use_view_as_render != is_data
-    if image is not None and not fits:
-        bpy.data.images.remove(image)
-        image = None
-    if image is None:
-        image = bpy.data.images.new(name, width, height, alpha=True, float_buffer=True, is_data=is_data)
+    if not fits:
+        image = own_images.make(name, width, height, alpha=True, float_buffer=True, is_data=is_data)
         image.use_view_as_render = not is_data
         image.alpha_mode = "PREMUL"
     image.pixels.foreach_set(np.ascontiguousarray(picture[::-1], dtype=np.float32).ravel())

@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from . import own_images
 from .impostor_files import encoded
 from .outputs import json_text, written
 from .pipeline.baked_impostor import BakedImpostor
@@ -22,17 +23,13 @@ PACKED = {"color": ("png", COLOR), "depth": ("exr", DATA), "normal": ("exr", DAT
 
 
 def pack_images(baked: BakedImpostor, entry: dict[str, object]) -> dict[str, bpy.types.Image]:
-    """The impostor's images, packed into the open file; the colour image carries the JSON. Images of an earlier capture are replaced."""
+    """The impostor's images, packed into the open file; the colour image carries the JSON. Images of an earlier capture are replaced,
+    images of the user's own that bear such a name are not."""
     images = {}
     files = encoded(baked, "png") | encoded(baked, "exr")
     for content, (ending, space) in PACKED.items():
         name = f"{PREFIX} {baked.name} {content}"
-        old = bpy.data.images.get(name)
-        image = bpy.data.images.new(name, 1, 1, alpha=content == "color")
-        if old is not None:
-            old.user_remap(image)
-            bpy.data.images.remove(old)
-            image.name = name
+        image = own_images.make(name, 1, 1, alpha=content == "color")
         data = files[f"{content}.{ending}"]
         image.pack(data=data, data_len=len(data))
         image.source, image.filepath_raw = "FILE", f"//{name}.{ending}"
@@ -59,7 +56,7 @@ def make_plane(baked: BakedImpostor, entry: dict[str, object]) -> bpy.types.Obje
     mesh.materials.append(_material(name, image))
     plane = bpy.data.objects.new(name, mesh)
     plane.location = middle
-    plane["cad_shadow_impostor"] = baked.name
+    plane["cad_shadow_impostor_of"] = baked.name
     return plane
 
 
