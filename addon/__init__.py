@@ -42,8 +42,13 @@ def register() -> None:
     import bpy
 
     attach(_parts())
-    if bpy.app.module:
+    if is_python_module(bpy.app):
         atexit.register(_detach_at_exit)
+
+
+def is_python_module(app: object) -> bool:
+    """Whether Blender, whose `bpy.app` is given, is a module of this Python and not a program of its own. Blender 4.3 cannot say it."""
+    return getattr(app, "module", not app.binary_path)
 
 
 def unregister() -> None:

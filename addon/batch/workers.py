@@ -19,6 +19,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import TextIO
 
+from .. import is_python_module
 from ..report import failed_report
 from .items import Item
 
@@ -30,7 +31,7 @@ EXTENSION = Path(__file__).resolve().parents[2]
 def worker_command(argv: list[str]) -> tuple[list[str], dict[str, str]]:
     """Command and environment that run `argv` again in a worker: inside Blender its own binary, elsewhere this Python."""
     bpy = sys.modules.get("bpy")
-    if bpy is not None and not bpy.app.module:
+    if bpy is not None and not is_python_module(bpy.app):
         return [bpy.app.binary_path, "--command", "cad_shadow", *argv, "--worker"], dict(os.environ)
     paths = [str(EXTENSION), os.environ.get("PYTHONPATH", ""), wheels_folder()]
     return [sys.executable, "-m", "addon", *argv, "--worker"], {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}

@@ -7,9 +7,11 @@ import os
 import subprocess
 import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
+from addon import is_python_module
 from tests.conftest import ROOT
 
 ATTACHED = """
@@ -67,6 +69,18 @@ def test_python_ends_well_with_the_extension_attached(state):
 @pytest.mark.parametrize("state", STATES)
 def test_python_ends_well_with_the_systems_own_opengl(x_display, state):
     left(STATES[state], "native", DISPLAY=x_display)
+
+
+@pytest.mark.parametrize(
+    ("app", "expected"),
+    [
+        (SimpleNamespace(binary_path="/usr/bin/blender"), False),  # Blender 4.2 and 4.3
+        (SimpleNamespace(binary_path="/usr/bin/blender", module=False), False),
+        (SimpleNamespace(binary_path="", module=True), True),
+    ],
+)
+def test_a_blender_that_cannot_say_whether_it_is_a_module_is_known_by_its_program(app, expected):
+    assert is_python_module(app) is expected
 
 
 def test_the_exit_code_of_a_script_that_fails_is_its_own():
