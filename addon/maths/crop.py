@@ -18,6 +18,7 @@ from .projection import LogWarp
 
 DEPTH_MARGIN = 1e-3   # of the depth range, on both sides
 LEAST_SPAN = log2(1.0 + 1.0 / 64.0)  # of a bent log map's logarithm: below, float32 would cancel
+HIGHEST = 16.0        # footprints above the highest receiver: casters beyond are flattened onto the near plane (depth clamp)
 LEAST_SHAPE = 1e-4    # the map's short side is never less than this share of its long side (a body seen edge on)
 
 
@@ -86,7 +87,9 @@ def crop(space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, 
     x_ends = [space.apex_x + edge * w for edge in s for w in (w_ends if warp.log is not False else (1.0, 1.0))]
     z_ends = tuple(warp.start + edge * w for edge, w in zip(t, w_ends, strict=True))
     y = receivers.rows[1]
-    bottom, top = float(y.min()), max(float(y.max()), casters.top_above((min(x_ends), max(x_ends)), z_ends))
+    bottom, lit = float(y.min()), float(y.max())
+    span = max(max(x_ends) - min(x_ends), z_ends[1] - z_ends[0])
+    top = max(lit, min(casters.top_above((min(x_ends), max(x_ends)), z_ends), _highest(space, lit, span)))
     pad = DEPTH_MARGIN * (top - bottom) + 1e-6 * max(abs(top), abs(bottom), s[1] - s[0])
     bottom, top = bottom - pad, top + pad
     matrix, reach = _matrix(space, warp, s, t, (bottom, top), 1.0 if log_step else w_ends[0])
@@ -95,6 +98,15 @@ def crop(space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, 
     middle = 0.5 * (bottom + top)
     centre = space.apex_x + 0.5 * (s[0] + s[1]) * w_mid, warp.start + t_mid * w_mid
     return Cropped(matrix, log_step, (middle + reach * w_mid, middle - reach * w_mid), centre)
+
+
+def _highest(space: LightSpace, lit: float, span: float) -> float:
+    """The y of light space beyond which casters need no depth of their own: each covers whatever it stands above.
+
+    `HIGHEST` times the footprint `span` above the highest receiver `lit`, so that one far wall does not take the depth's digits from all
+    others; for a finite light, where y = 1/R, at a `HIGHEST`th of the nearest receiver's distance.
+    """
+    return lit + HIGHEST * span if space.position is None else HIGHEST * lit
 
 
 def _bounds(space: LightSpace, warp: Warp, receivers: Receivers, round_share: float) -> tuple[tuple[float, float], tuple[float, float]]:

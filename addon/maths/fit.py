@@ -75,7 +75,7 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
         raise ValueError("The 'samples' fit needs receivers_ws, the points of the visible surface.")
     sight = _sight(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
     near, far = sight.depth_range or (camera.near, camera.far)
-    spaces = list(_spaces(camera, light, partition, fit, scene_bounds_ws))
+    spaces = list(_spaces(sight, light, partition, scene_bounds_ws))
     choice = partition if light.kind != "point" else PartitionChoice(kind="none")
     first = spaces[0][1]
     along = choice.cut != "view" and light.kind == "sun" and not _has_faces(camera, light, partition) and choice.z_count > 1
@@ -88,7 +88,11 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
     projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
-    return ShadowPlan(projections, first.gamma_rad, gamma_lim, _light_from_world(first, camera), _warnings(camera, light, warp, partition))
+    origin = (camera.eye_ws + near * camera.direction_ws).astype(np.float32).astype(np.float64)
+    return ShadowPlan(
+        projections, first.gamma_rad, gamma_lim, _light_from_world(first, camera), origin, near,
+        _warnings(camera, light, warp, partition),
+    )
 
 
 def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarray | None, scene_bounds: np.ndarray, casters: np.ndarray,
@@ -109,15 +113,14 @@ def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarr
     return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
 
 
-def _spaces(camera: Camera, light: Light, partition: PartitionChoice, fit: FitChoice,
-            scene_bounds: np.ndarray) -> Iterator[tuple[int, LightSpace]]:
+def _spaces(sight: Sight, light: Light, partition: PartitionChoice, scene_bounds: np.ndarray) -> Iterator[tuple[int, LightSpace]]:
     """(face, light space): one, six for the frustum's faces, or six for a point light (a cube along the world's axes)."""
+    camera = sight.camera
     if light.kind == "sun":
         yield from face_spaces(camera, light) if _has_faces(camera, light, partition) else [(-1, sun_space(light, camera))]
         return
     position = np.asarray(light.position_ws, np.float64) - camera.eye_ws
-    corners = frustum_corners(camera, camera.near, camera.far) if fit.kind == "frustum" else box_corners(scene_bounds) - camera.eye_ws
-    reach = float(np.linalg.norm(corners - position, axis=1).max())
+    reach = _reach(sight, position, scene_bounds)
     if light.kind == "spot":
         yield -1, cone_space(position, -np.asarray(light.direction_ws, np.float64), light.cone_rad, reach, camera)
         return
@@ -125,6 +128,15 @@ def _spaces(camera: Camera, light: Light, partition: PartitionChoice, fit: FitCh
     for face in range(6):
         axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
         yield face, cone_space(position, sign * axes[axis], pi / 4.0, reach, camera, axes[[(axis + 1) % 3, (axis + 2) % 3]])
+
+
+def _reach(sight: Sight, position: np.ndarray, scene_bounds: np.ndarray) -> float:
+    """Metres from a finite light, relative to the eye, to the farthest thing it may have to light: what is seen, not all there is."""
+    if sight.samples is not None and sight.samples.size:
+        offset = sight.samples - position.astype(np.float32)[:, None]
+        return 1.001 * float(np.sqrt(np.square(offset).sum(axis=0).max()))
+    corners = sight.body.vertices if len(sight.body.vertices) else box_corners(scene_bounds) - sight.camera.eye_ws
+    return float(np.linalg.norm(corners - position, axis=1).max())
 
 
 def _has_faces(camera: Camera, light: Light, partition: PartitionChoice) -> bool:

@@ -83,11 +83,15 @@ class ShadowPlan:
     """All the maps of one light for one view, in the order the shader asks: the first whose bounds and planes hold serves the pixel.
 
     `light_from_world` (4, 4): for the sun Wimmer's axes as a rotation about the world's origin (light depth = −y_ls); for a finite light
-    the homogeneous rows (X, Y, Z, R) of `light_space.py` (of the first face for a point light). `gamma_rad`, `gamma_lim_rad` of the view.
+    the homogeneous rows (X, Y, Z, R) of `light_space.py` (of the first face for a point light). `origin_ws` (3,), exact in float32, a place
+    near what the camera sees: relative to it float32 loses
+    nothing that would be seen; `nearest` the least view depth of the receivers. `gamma_rad`, `gamma_lim_rad` of the view.
     """
 
     projections: tuple[ShadowProjection, ...]
     gamma_rad: float
     gamma_lim_rad: float
     light_from_world: np.ndarray
+    origin_ws: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    nearest: float = 0.0
     warnings: tuple[str, ...] = ()

@@ -70,6 +70,12 @@ class Camera:
         """φ, half the vertical field of view (0 for an orthographic camera)."""
         return 0.0 if self.is_orthographic else atan(1.0 / float(self.clip_from_view[1, 1]))
 
+    def moved_by(self, offset: np.ndarray) -> Camera:
+        """The same camera in a world whose origin lies at `offset` (3,)."""
+        view = self.view_from_world.copy()
+        view[:3, 3] += view[:3, :3] @ np.asarray(offset, np.float64)
+        return replace(self, view_from_world=view)
+
     def carried(self, point_ws: np.ndarray, angle_rad: float, axis_ws: np.ndarray = (0.0, 0.0, 1.0)) -> Camera:
         """The camera carried rigidly round the axis through a point, the vertical one unless told: anticlockwise seen against it."""
         return replace(self, view_from_world=self.view_from_world @ rotation(axis_ws, -angle_rad, point_ws))
@@ -100,6 +106,10 @@ class Light:
             require(self.position_ws is not None and bool(np.isfinite(self.position_ws).all()), "The light's position must be finite.")
         if self.kind == "spot":
             require(0.0 < self.cone_rad < 1.55, "The spot's half opening angle must lie between 0° and 88°.")
+
+    def moved_by(self, offset: np.ndarray) -> Light:
+        """The same light in a world whose origin lies at `offset` (3,)."""
+        return self if self.position_ws is None else replace(self, position_ws=self.position_ws - np.asarray(offset, np.float64))
 
     @property
     def key(self) -> tuple:

@@ -8,13 +8,17 @@ from functools import partial
 from typing import TypeVar
 
 import moderngl
+import numpy as np
 
 from ..maths.projection import ShadowPlan
+from ..maths.view import Camera
 from .allocation import allocating, freed_with
 from .context import GpuWorker
+from .draw_list import DrawList
 from .gbuffer_pass import GBuffer
 from .geometry import GeometryStore
 from .gl_raw import BufferTexture, raw_gl
+from .large_receivers import LargePlanes, large_planes
 from .programs import Programs
 from .settings import TestChoice
 from .shade_pass import ShadePass, ShadeTarget
@@ -65,6 +69,12 @@ class Device:
             for name, (pool, kind) in pools.items()
         }
 
+    def large_planes(self, draw_list: DrawList, camera: Camera, plan: ShadowPlan) -> LargePlanes | None:
+        """The planes of what that camera may see that float32 cannot hold, relative to the plan's origin; None where there is nothing."""
+        nearest = 2.0 / float(camera.clip_from_view[1, 1]) if camera.is_orthographic else plan.nearest
+        key = self.store.state, camera.key, nearest, plan.origin_ws.tobytes()
+        return self._keep("large planes", key, lambda: _Large(self.context, draw_list, camera, plan.origin_ws, nearest)).table
+
     def unbind(self) -> None:
         """Bind an idle framebuffer. Called before a framebuffer is released: moderngl binds the last one again when it makes another."""
         self._idle.use()
@@ -98,6 +108,19 @@ class Device:
         self.programs.release()
         self._idle.release()
         self._idle_target.release()
+
+
+class _Large:
+    """`table` of large planes, None where there are none."""
+
+    def __init__(self, context: moderngl.Context, draw_list: DrawList, camera: Camera, origin_ws: np.ndarray, nearest: float) -> None:
+        keys, planes = large_planes(draw_list, camera, origin_ws, nearest)
+        self.table = LargePlanes(context, keys, planes) if len(keys) else None
+
+    def release(self) -> None:
+        """Free the table."""
+        if self.table is not None:
+            self.table.release()
 
 
 def device_of(context: moderngl.Context, worker: GpuWorker) -> Device:

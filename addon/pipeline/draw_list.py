@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
 
-from .clusters import runs, segments, visible
+from .clusters import clustered, runs, segments, visible
 from .gl_raw import BufferTexture, draw_triangles, write_buffer
 from .programs import SAMPLER_UNITS, set_uniforms
 from .scene import Scene
@@ -38,16 +39,30 @@ class InstancedGroup:
 
 @dataclass(slots=True)
 class IndexRanges:
-    """Baked clusters: index ranges in order, the instance row of each, its world bounds and longest edge."""
+    """Baked clusters: index ranges in order, the instance row of each, its world bounds and longest edge, its slot, and the triangle of
+    its mesh (in the order of `clustered`) that it begins with."""
 
     first: np.ndarray
     count: np.ndarray
     rows: np.ndarray
     bounds_ws: np.ndarray
     longest_edge_m: np.ndarray
+    slots: np.ndarray
+    start: np.ndarray
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
+class Chosen:
+    """Part of a draw list: which of its ranges (R,) bool, and which instances of each group."""
+
+    ranges: np.ndarray
+    groups: list[np.ndarray]
+
+    def __bool__(self) -> bool:
+        return bool(self.ranges.any()) or any(mask.any() for mask in self.groups)
+
+
+@dataclass
 class DrawList:
     """Drawable form of a scene. `table`: four RGBA32F texels a slot (rows of world_from_object, base colour); `info`: RGBA32UI
     (object id + 1, material slot + 1, instance row, 1 if baked)."""
@@ -68,6 +83,7 @@ class DrawList:
     rows_of_slot: np.ndarray
     vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
     on_demand: dict[str, tuple[BufferTexture, moderngl.Buffer]] = field(default_factory=dict)
+    _corners: dict[Hashable, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -111,23 +127,46 @@ class DrawList:
         attributes: bool,
         select: Select | None = None,
         rows: np.ndarray | None = None,
+        without: Chosen | None = None,
     ) -> int:
         """Draw all that reaches inside `planes` (and `select` chooses) with the two variants of a program; returns the triangles sent.
 
-        `rows` (I,) bool: only these instance rows of the scene.
+        `rows` (I,) bool: only these instance rows of the scene. `without`: what is left out.
         `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle` and the instance table.
         """
         self.bind_table()
         sent, ranges = 0, self.ranges
         if len(ranges.first):
             array = self._vertex_array(baked, attributes)
-            mask = _chosen(ranges, planes, select, rows)
+            mask, segment = _chosen(ranges, planes, select, rows), self.segment
+            if without is not None:
+                mask &= ~without.ranges
+                segment = segment + np.cumsum(without.ranges)  # nothing is drawn along across what is left out
             gap = MERGED_GAP if select is None and rows is None else 0
-            for first, count in runs(mask, ranges.first, ranges.count, self.segment, gap):
+            for first, count in runs(mask, ranges.first, ranges.count, segment, gap):
                 set_uniforms(baked, u_first_triangle=first // 3)
                 draw_triangles(self.context, array, count, first)
                 sent += count // 3
-        return sent + self._draw_groups(instanced, planes, attributes, select, rows)
+        return sent + self._draw_groups(instanced, planes, attributes, select, rows, without)
+
+    def chosen(self, planes: np.ndarray, select: Select, rows: np.ndarray | None = None) -> Chosen:
+        """What reaches inside `planes` and `select` chooses, of the instance rows `rows` (I,) bool."""
+        ranges = _chosen(self.ranges, planes, select, rows)
+        return Chosen(ranges, [_chosen(group, planes, select, rows) for group in self.groups])
+
+    @cached_property
+    def longest_edge_m(self) -> float:
+        """The longest edge of anything in the list, metres; 0 where there is nothing."""
+        edges = (self.ranges.longest_edge_m, *(group.longest_edge_m for group in self.groups))
+        return max((float(edge.max(initial=0.0)) for edge in edges), default=0.0)
+
+    def corners_os(self, row: int) -> np.ndarray:
+        """(T, 3, 3) float64 corners in object space of the triangles of an instance row, in the order they are drawn in."""
+        mesh = self.scene.meshes[int(self.scene.instances.mesh_index[row])]
+        if mesh.key not in self._corners:
+            triangles, _ = clustered(mesh.positions, mesh.triangles)
+            self._corners[mesh.key] = mesh.positions.astype(np.float64)[triangles]
+        return self._corners[mesh.key]
 
     def bind_table(self) -> None:
         """Bind the instance table for `common_instance.glsl`."""
@@ -142,11 +181,20 @@ class DrawList:
         return self.on_demand["u_extents"][0]
 
     def _draw_groups(
-        self, program: moderngl.Program, planes: np.ndarray, attributes: bool, select: Select | None, rows: np.ndarray | None
+        self,
+        program: moderngl.Program,
+        planes: np.ndarray,
+        attributes: bool,
+        select: Select | None,
+        rows: np.ndarray | None,
+        without: Chosen | None,
     ) -> int:
         if not self.groups:
             return 0
-        chosen = [g.slots[_chosen(g, planes, select, rows)] for g in self.groups]
+        masks = [_chosen(g, planes, select, rows) for g in self.groups]
+        if without is not None:
+            masks = [mask & ~left_out for mask, left_out in zip(masks, without.groups, strict=True)]
+        chosen = [g.slots[mask] for g, mask in zip(self.groups, masks, strict=True)]
         write_buffer(self.context, self.visible_buffer, np.concatenate(chosen).tobytes())
         self.visible.use(SAMPLER_UNITS["u_visible"])
         array = self._vertex_array(program, attributes)

@@ -261,11 +261,18 @@ def _turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
 def _ranges_of(placed: list[tuple[_Part, int]]) -> IndexRanges:
     """Every cluster of the parts, in index order, with the instance row that each part belongs to."""
     if not placed:
-        return IndexRanges(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 2, 3)), np.empty(0))
+        none = np.empty(0, np.int64)
+        return IndexRanges(none, none, none, np.empty((0, 2, 3)), np.empty(0), none, none)
     parts = [part for part, _ in placed]
     rows = np.repeat([row for _, row in placed], [len(p.cluster_starts) for p in parts])
     first = np.concatenate([p.first_index + 3 * p.cluster_starts for p in parts])
     ends = np.concatenate([np.append(p.first_index + 3 * p.cluster_starts[1:], p.first_index + p.index_count) for p in parts])
     return IndexRanges(
-        first, ends - first, rows, np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts])
+        first,
+        ends - first,
+        rows,
+        np.concatenate([p.bounds for p in parts]),
+        np.concatenate([p.longest_edges for p in parts]),
+        np.repeat([p.slot for p in parts], [len(p.cluster_starts) for p in parts]),
+        np.concatenate([p.cluster_starts for p in parts]),
     )

@@ -13,7 +13,8 @@ import numpy as np
 from ..maths.projection import ShadowProjection
 from .clusters import frustum_planes
 from .draw_list import DrawList
-from .programs import Programs, matrix_bytes, set_uniforms
+from .large_casters import draw_cut, large_in
+from .programs import Programs, relative_to, set_uniforms
 
 BEND_TEXELS = 0.015  # largest distance, along t, between an edge's piece and its curve
 BALANCE = 0.75  # of a chord's largest miss is taken off its ends: the least mean distance from the curve, on either side of it
@@ -34,17 +35,22 @@ def log_bend_vector(projection: ShadowProjection) -> np.ndarray:
     return np.array([1.0, 0.0] if log is None else [log.base, log.slope], np.float32)
 
 
-def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int]) -> int:
+def draw_log_map(
+    programs: Programs, draw_list: DrawList, origin_ws: np.ndarray, projection: ShadowProjection, size: int, defines: dict[str, int]
+) -> int:
     """Draw the casters into the bound layer of `size` texels, ids as `defines` say; returns the triangles sent."""
     planes, rows = log_planes(projection), cut_rows(projection, size)
     limits = {"MOST_SLABS": MOST_SLABS, "MOST_VERTICES": 2 * MOST_SLABS + 5, **defines}
-    pair = [programs.get("shadow.vert", "shadow_log.frag", "shadow_log.geom", INSTANCED=flag, **limits) for flag in (0, 1)]
+    stages = "shadow_log.frag", "shadow_log.geom"
+    pair = [programs.get("shadow.vert", *stages, INSTANCED=flag, **limits) for flag in (0, 1)]
+    large = large_in(draw_list, projection, planes, None)
+    cut = [programs.get("shadow_cut.vert", *stages, IS_CUT=1, **limits)] if large is not None else []
     sent = 0
     for first in range(0, rows + 1, MOST_SLABS):
-        for program in pair:
+        for program in (*pair, *cut):
             set_uniforms(
                 program,
-                u_clip_from_world=matrix_bytes(projection.clip_from_world),
+                **relative_to(origin_ws, projection.clip_from_world),
                 u_log_warp=log_warp_vector(projection).tobytes(),
                 u_log_bend=log_bend_vector(projection).tobytes(),
                 u_rows=rows,
@@ -52,7 +58,9 @@ def draw_log_map(programs: Programs, draw_list: DrawList, projection: ShadowProj
                 u_first_slab=first,
             )
         select = (lambda bounds, edge, first=first: most_cuts(projection, rows, bounds, edge) >= first) if first else None
-        sent += draw_list.draw(*pair, planes, attributes=False, select=select)
+        sent += draw_list.draw(*pair, planes, attributes=False, select=select, without=large)
+        if large is not None:
+            sent += draw_cut(*cut, draw_list, projection, large, size)
     return sent
 
 

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from ..errors import GpuError
+from ..maths.spaces import translation
 from .gl_raw import raw_gl
 
 SHADER_DIR = Path(__file__).resolve().parent.parent / "shaders"
@@ -45,6 +46,7 @@ SAMPLER_UNITS = {
     "u_back_layers": 23,
     "u_both_normals": 24,
     "u_both_ids": 25,
+    "u_large": 26,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 
@@ -126,6 +128,11 @@ def set_uniforms(program: moderngl.Program, **values: object) -> None:
                 member.write(value)
             else:
                 member.value = value
+
+
+def relative_to(origin_ws: np.ndarray, clip_from_world: np.ndarray) -> dict[str, object]:
+    """`u_origin` and `u_clip_from_world` of places relative to it: `clip_from_world` (4, 4) with nothing large in it."""
+    return {"u_origin": tuple(origin_ws), "u_clip_from_world": matrix_bytes(clip_from_world @ translation(origin_ws))}
 
 
 def matrix_bytes(matrix: object) -> bytes:

@@ -246,7 +246,9 @@ def _shade(
 def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
     maps = _shadow_maps(device, request, plan) if plan is not None else None
     triangles = device.triangles(linked=maps is not None and request.settings.test.kind == "triangle")
-    device.shade_pass.draw(target, device.gbuffer(request.size), maps, draw_list, triangles, camera, request.light, plan, request.settings)
+    large = device.large_planes(draw_list, request.camera, plan) if plan is not None else None
+    gbuffer = device.gbuffer(request.size)
+    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, request.light, plan, request.settings, large)
 
 
 def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:

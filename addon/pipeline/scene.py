@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Hashable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -126,6 +126,26 @@ class Scene:
         for column in fields(self.instances):
             digest.update(getattr(self.instances, column.name).data)
         return digest.digest()
+
+    def moved_by(self, offset: np.ndarray) -> Scene:
+        """The same scene with its local origin `offset` (3,) metres away; the one moved last is kept."""
+        key = tuple(np.asarray(offset, np.float64).tolist())
+        if key not in self._moved:
+            matrices = np.array(self.instances.world_from_object)
+            matrices[:, :3, 3] -= key
+            self._moved.clear()
+            self._moved[key] = replace(
+                self,
+                instances=replace(self.instances, world_from_object=matrices),
+                origin_ws=self.origin_ws + key,
+                lights=tuple(light.moved_by(key) for light in self.lights),
+                cameras=tuple(camera.moved_by(key) for camera in self.cameras),
+            )
+        return self._moved[key]
+
+    @cached_property
+    def _moved(self) -> dict[tuple[float, ...], Scene]:
+        return {}
 
     def instance_bounds_ws(self) -> np.ndarray:
         """(I, 2, 3) float64 axis-aligned world bounds of every instance (bounds of the eight transformed corners); computed once."""

@@ -15,6 +15,7 @@ from ..maths.view import Camera, Light
 from .draw_list import DrawList
 from .gbuffer_pass import GBuffer, pixel_rays
 from .gl_raw import BufferTexture, draw_triangles, write_buffer
+from .large_receivers import LargePlanes
 from .programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
 from .settings import DISPLAYS, Settings
 from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
@@ -61,8 +62,9 @@ class ShadePass:
         light: Light | None,
         plan: ShadowPlan | None,
         settings: Settings,
+        large: LargePlanes | None = None,
     ) -> None:
-        """Shade `gbuffer` into `target`."""
+        """Shade `gbuffer` into `target`. `large`: the planes of triangles too large for float32, relative to the plan's origin."""
         program = self._programs.get(
             "fullscreen.vert",
             "shade.frag",
@@ -71,18 +73,22 @@ class ShadePass:
             MAX_MAPS=MAX_MAPS,
             ERROR_COLORS=len(SCALE_COLORS),
             USE_OBJECT_COLORS=settings.shading.use_object_colors,
+            LARGE=large is not None,
             **test_defines(settings.test),
         )
-        self._bind(program, gbuffer, maps, draw_list, triangles)
+        self._bind(program, gbuffer, maps, draw_list, triangles | ({"u_large": large.texture} if large is not None else {}))
         along, start = pixel_rays(camera, target.size)
+        origin = plan.origin_ws if plan else np.zeros(3)
         set_uniforms(
             program,
             u_along_from_pixel=matrix_bytes(along),
-            u_start_from_pixel=matrix_bytes(start),
+            u_start_from_pixel=matrix_bytes(start - origin[:, None] * [0.0, 0.0, 1.0]),
+            u_origin=tuple(origin),
+            u_large_count=large.count if large is not None else 0,
             u_map_count=len(plan.projections) if plan else 0,
             u_map_size=float(settings.fit.size),
             u_display=DISPLAYS.index(settings.shading.display),
-            **_light_uniforms(light, settings),
+            **_light_uniforms(light, settings, origin),
             **_colors(settings),
             **_data_colors(),
             **test_uniforms(settings.test, plan),
@@ -129,12 +135,12 @@ class ShadePass:
         self._arrays.clear()
 
 
-def _light_uniforms(light: Light | None, settings: Settings) -> dict[str, object]:
-    """u_light, u_light_color, u_spot, u_spot_blend."""
+def _light_uniforms(light: Light | None, settings: Settings, origin_ws: np.ndarray) -> dict[str, object]:
+    """u_light (a position relative to the origin), u_light_color, u_spot, u_spot_blend."""
     if light is None:
         return {"u_light": (0.0, 0.0, 1.0, 0.0), "u_light_color": (0.0, 0.0, 0.0, 0.0), "u_spot": (0.0, 0.0, 1.0, 2.0), "u_spot_blend": 1.0}
     is_sun = light.kind == "sun"
-    vector = light.direction_ws if is_sun else light.position_ws
+    vector = light.direction_ws if is_sun else light.position_ws - origin_ws
     color = tuple(c * settings.shading.light_strength for c in light.color)
     spot = (*map(float, light.direction_ws), math.cos(light.cone_rad)) if light.kind == "spot" else (0.0, 0.0, 1.0, 2.0)
     return {

@@ -11,15 +11,17 @@ import numpy as np
 
 from ..errors import GpuError
 from ..maths.projection import ShadowPlan, ShadowProjection
+from ..maths.spaces import translation
 from .allocation import freed_with
 from .clusters import frustum_planes
 from .draw_list import DrawList
 from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, id_array
+from .large_casters import draw_cut, large_in
 from .log_pass import draw_log_map, log_bend_vector, log_warp_vector
 from .machine import check_maps
 from .nsm_pass import NsmCells
 from .outline_pass import OutlineIds
-from .programs import Programs, matrix_bytes, set_uniforms
+from .programs import Programs, relative_to, set_uniforms
 from .settings import TestChoice
 from .shadow_test import ids_kind
 
@@ -83,7 +85,7 @@ def draw_shadow_maps(
     `rows` (I,) bool: only these instance rows of the scene, into maps that are not logarithmic.
     """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
-    draw_one = partial(_draw_one, programs, draw_list, size=maps.size, defines=defines, rows=rows)
+    draw_one = partial(_draw_one, programs, draw_list, plan.origin_ws, size=maps.size, defines=defines, rows=rows)
     maps.holds = None
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
@@ -104,23 +106,34 @@ def draw_shadow_maps(
 
 
 def _draw_one(
-    programs: Programs, draw_list: DrawList, projection: ShadowProjection, size: int, defines: dict[str, int], rows: np.ndarray | None
+    programs: Programs,
+    draw_list: DrawList,
+    origin_ws: np.ndarray,
+    projection: ShadowProjection,
+    size: int,
+    defines: dict[str, int],
+    rows: np.ndarray | None,
 ) -> int:
     if projection.log is not None:
-        return draw_log_map(programs, draw_list, projection, size, defines)
+        return draw_log_map(programs, draw_list, origin_ws, projection, size, defines)
+    planes = frustum_planes(projection.clip_from_world, cull_near=False)
+    large = large_in(draw_list, projection, planes, rows)
     pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
     for program in pair:
-        set_uniforms(program, u_clip_from_world=matrix_bytes(projection.clip_from_world))
-    return draw_list.draw(*pair, frustum_planes(projection.clip_from_world, cull_near=False), attributes=False, rows=rows)
+        set_uniforms(program, **relative_to(origin_ws, projection.clip_from_world))
+    sent = draw_list.draw(*pair, planes, attributes=False, rows=rows, without=large)
+    if large is not None:
+        sent += draw_cut(programs.get("shadow_cut.vert", "shadow.frag", IS_CUT=1, **defines), draw_list, projection, large, size)
+    return sent
 
 
 def plan_block(plan: ShadowPlan | None) -> bytes:
-    """The uniform block `ShadowPlan` of common_plan.glsl (std140)."""
+    """The uniform block `ShadowPlan` of common_plan.glsl (std140), for places relative to the plan's origin."""
     block = np.zeros((MAX_MAPS, _FLOATS_PER_MAP), np.float32)
     for row, projection in zip(block, plan.projections if plan else (), strict=False):
-        matrix = projection.clip_from_world
+        matrix = projection.clip_from_world @ translation(plan.origin_ws)
         planes = np.zeros((4, 4))
-        planes[: len(projection.region_planes_ws)] = projection.region_planes_ws
+        planes[: len(projection.region_planes_ws)] = projection.region_planes_ws @ translation(plan.origin_ws)
         row[0:16] = matrix.T.ravel()
         row[16:32] = np.linalg.inv(matrix).T.ravel()
         row[32:36] = projection.near, projection.far, len(projection.region_planes_ws), float(projection.is_empty)

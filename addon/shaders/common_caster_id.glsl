@@ -1,12 +1,21 @@
-// Vertex stage of a caster pass that stores ids (IDS, see common_shadow_ids.glsl); after common_vertex.glsl.
+// Vertex stage of a caster pass that stores ids (IDS, see common_shadow_ids.glsl); after common_vertex.glsl or common_instance.glsl.
 #if IDS
 flat out uint v_id;
-#if !INSTANCED
+#if IS_CUT || !INSTANCED
 in uint in_slot;
 uint vertex_slot() { return in_slot; }
 #endif
+#if IS_CUT && IDS == 2
+in uint in_triangle;
+flat out int v_triangle;
+#endif
 #if IDS == 1
 void pass_id() { v_id = id_of(instance_info(vertex_slot())); }
+#elif IS_CUT
+void pass_id() {
+    v_id = vertex_slot();
+    v_triangle = int(in_triangle);
+}
 #else
 void pass_id() { v_id = vertex_slot(); }
 #endif

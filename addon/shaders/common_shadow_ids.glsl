@@ -1,5 +1,5 @@
 // What a shadow map stores beside the depth: IDS 0 nothing, 1 the object's number (the ID test), 2 slot + 1 and triangle in the index pool
-// (the triangle-exact test; same numbers as the G-buffer's).
+// (the triangle-exact test; same numbers as the G-buffer's). Pieces of large triangles (IS_CUT) bring their triangle's number along.
 #ifdef MOST_SLABS
 #define v_id g_id  // from the geometry stage of a logarithmic map
 #endif
@@ -9,9 +9,16 @@ layout(location = 0) out uint out_id;
 void write_ids() { out_id = v_id; }
 #elif IDS == 2
 flat in uint v_id;
-uniform int u_first_triangle;
 layout(location = 0) out uvec2 out_id;
+#if IS_CUT && !defined(MOST_SLABS)
+flat in int v_triangle;
+void write_ids() { out_id = uvec2(v_id + 1u, uint(v_triangle)); }
+#elif IS_CUT
+void write_ids() { out_id = uvec2(v_id + 1u, uint(gl_PrimitiveID)); }
+#else
+uniform int u_first_triangle;
 void write_ids() { out_id = uvec2(v_id + 1u, uint(u_first_triangle + gl_PrimitiveID)); }
+#endif
 #else
 void write_ids() {}
 #endif

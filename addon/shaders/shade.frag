@@ -1,10 +1,12 @@
-// Deferred shading: surface from the G-buffer, light from the shadow maps, error from the warp's Jacobian.
+// Deferred shading: surface from the G-buffer, light from the shadow maps, error from the warp's Jacobian. All places are relative to
+// u_origin, near what the camera sees, so that in a large world nothing large cancels.
 #include "common_octahedral.glsl"
 #include "common_instance.glsl"
 #include "common_plan.glsl"
 #include "common_aliasing.glsl"
 #include "common_receiver.glsl"
 #include "common_triangles.glsl"
+#include "common_large.glsl"
 #include "common_filter.glsl"
 #include "common_light.glsl"
 uniform sampler2D u_view_depth;
@@ -42,14 +44,25 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, vec3 start, vec3 alon
     vec3 turn = cross(b - a, c - a);
     turn /= max(length(turn), 1e-30);
     vec3 n = dot(turn, along) > 0.0 ? -turn : turn;
-    vec3 x = start + along * view_depth;
-    float slope = dot(n, along);
-    if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -1e-3 * view_depth, 1e-3 * view_depth);
+    vec3 x = start + along * view_depth, far = a;
+#if LARGE
+    vec4 plane;
+    if (large_plane(slot, triangle, plane)) {
+        n = dot(plane.xyz, along) > 0.0 ? -plane.xyz : plane.xyz;
+        float across = dot(plane.xyz, along);
+        if (abs(across) > 1e-3 * length(along)) x -= along * ((dot(plane.xyz, x) + plane.w) / across);
+        far = x;
+    } else
+#endif
+    {
+        float slope = dot(n, along);
+        if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -1e-3 * view_depth, 1e-3 * view_depth);
+    }
 #if TEST == TEST_TRIANGLE
     float most = 1e-4 * view_depth;
     x = moved_inside(moved_inside(moved_inside(x, a, b, turn, most), b, c, turn, most), c, a, turn, most);
 #endif
-    vec3 size = max(abs(x), max(abs(start), abs(a)));
+    vec3 size = max(abs(x), max(abs(start), abs(far)));
     return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z), b - a, c - a);
 }
 

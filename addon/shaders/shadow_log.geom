@@ -13,6 +13,12 @@ uniform float u_shift;      // how far before its curve a cut point lies, see em
 flat in uint v_id[];
 flat out uint g_id;
 #endif
+#if IS_CUT && IDS == 2
+flat in int v_triangle[];
+#define TRIANGLE v_triangle[0]
+#else
+#define TRIANGLE gl_PrimitiveIDIn
+#endif
 // A plane's depth is affine in (X, w); divided by the divisor of s (w, or 1) it is affine along a row, and straight from row to row as the
 // edges are; so is the divisor's inverse. Taken from the triangle's lowest corner, so that a level triangle stays level to the last bit.
 flat out float g_level;
@@ -33,7 +39,7 @@ void emit(float s, float t, float rise, float inverse_divisor) {
     g_id = v_id[0];
 #endif
 #if IDS == 2
-    gl_PrimitiveID = gl_PrimitiveIDIn;
+    gl_PrimitiveID = TRIANGLE;
 #endif
     EmitVertex();
 }

@@ -1,0 +1,71 @@
+"""Casters too large for a shadow map's float32: cut to the map in float64 (`maths/cut.py`) and drawn as what is left. Worker thread only.
+
+Whole clusters are taken out of the ordinary draw; their small triangles pass through unchanged. Ids are those of the ordinary draw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import moderngl
+import numpy as np
+
+from ..maths.cut import LARGE, are_large, cut, map_planes, w_range
+from ..maths.projection import ShadowProjection
+from ..maths.spaces import transform
+from .draw_list import Chosen, DrawList
+from .gl_raw import draw_triangles
+
+MARGIN_TEXELS = 8.0  # beyond the map's border, so that filters find no rim
+
+
+def large_in(draw_list: DrawList, projection: ShadowProjection, planes: np.ndarray, rows: np.ndarray | None) -> Chosen | None:
+    """What of the draw list is too large for this map; None where nothing is (the usual case, told by one comparison)."""
+    extent = np.linalg.norm(projection.clip_from_world[[0, 1, 3], :3], axis=1).max()
+    if not draw_list.longest_edge_m * extent > LARGE * w_range(projection)[0]:
+        return None
+    chosen = draw_list.chosen(planes, partial(are_large, projection), rows)
+    return chosen if chosen else None
+
+
+def draw_cut(program: moderngl.Program, draw_list: DrawList, projection: ShadowProjection, chosen: Chosen, size: int) -> int:
+    """Draw what the map of `size` texels shows of `chosen`; returns the triangles sent. `program` takes clip coordinates and ids."""
+    planes = map_planes(projection, 2.0 * MARGIN_TEXELS / size)
+    pieces = []
+    for corners_ws, slot, triangle in triangles_of(draw_list, chosen):
+        corners, source = cut(transform(projection.clip_from_world, corners_ws), planes)
+        vertices = np.empty(3 * len(source), [("clip", "f4", 4), ("slot", "u4"), ("triangle", "u4")])
+        vertices["clip"] = corners.reshape(-1, 4)
+        vertices["slot"], vertices["triangle"] = slot, np.repeat(triangle[source], 3)
+        pieces.append(vertices)
+    vertices = np.concatenate(pieces)
+    if not len(vertices):
+        return 0
+    _draw(draw_list, program, vertices)
+    return len(vertices) // 3
+
+
+def _draw(draw_list: DrawList, program: moderngl.Program, vertices: np.ndarray) -> None:
+    draw_list.bind_table()
+    buffer = draw_list.context.buffer(vertices.tobytes())
+    formats = {"in_clip": "4f4", "in_slot": "1u4", "in_triangle": "1u4"}
+    used = {name: kind if name in program else "4x" for name, kind in formats.items()}  # x: bytes passed over
+    array = draw_list.context.vertex_array(program, [(buffer, " ".join(used.values()), *(name for name in used if name in program))])
+    draw_triangles(draw_list.context, array, len(vertices))
+    array.release()
+    buffer.release()
+
+
+def triangles_of(draw_list: DrawList, chosen: Chosen) -> Iterator[tuple[np.ndarray, int, np.ndarray]]:
+    """World corners (T, 3, 3) float64, slot, and numbers in the index pool (T,) of every cluster and instance chosen."""
+    ranges, scene = draw_list.ranges, draw_list.scene
+    for i in np.flatnonzero(chosen.ranges):
+        first, count, start = (int(column[i]) // divisor for column, divisor in ((ranges.first, 3), (ranges.count, 3), (ranges.start, 1)))
+        corners = draw_list.corners_os(int(ranges.rows[i]))[start : start + count]
+        matrix = scene.instances.world_from_object[ranges.rows[i]]
+        yield transform(matrix, corners)[..., :3], int(ranges.slots[i]), np.arange(first, first + count)
+    for group, mask in zip(draw_list.groups, chosen.groups, strict=True):
+        for i in np.flatnonzero(mask):
+            corners, matrix = draw_list.corners_os(int(group.rows[i])), scene.instances.world_from_object[group.rows[i]]
+            yield transform(matrix, corners)[..., :3], int(group.slots[i]), group.first_index // 3 + np.arange(group.index_count // 3)
