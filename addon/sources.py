@@ -15,6 +15,7 @@ from .errors import SceneError
 from .impostors import choice_of
 from .job import ENGINE_PASSES, Job, on_worker
 from .maths.view import Camera, Light
+from .pipeline.local_origin import based_near
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 from .properties import settings_from
@@ -53,6 +54,7 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     settings = _with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
     warnings = (*request.warnings, *scene.warnings, *camera_warnings, *light_warnings)
     passes = tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes)))
+    scene, camera, light = based_near(scene, camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
     return Job(request.name, scene, camera, light, settings, size, passes, sync_ms, warnings, impostors=impostors)
 
@@ -123,6 +125,7 @@ class ViewReading:
         camera, size, camera_warnings = _view_camera(context, scene)
         light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
         settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
+        scene, camera, light = based_near(scene, camera, light)
         return Job(
             bpy.data.filepath or "unsaved scene",
             scene,
@@ -197,6 +200,7 @@ class LiveScene:
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = _light(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = _with_film(settings_from(depsgraph.scene.cad_shadow), depsgraph.scene)
+        self._scene, camera, light = based_near(self._scene, camera, light)
         impostors = choice_of(self._scene, settings.impostor)
         return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False, impostors=impostors)
 

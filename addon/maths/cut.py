@@ -30,7 +30,12 @@ def w_range(projection: ShadowProjection) -> tuple[float, float]:
     return 1.0 / most, 1.0 / least if least > 0.0 else np.inf
 
 
-def are_large(projection: ShadowProjection, bounds_ws: np.ndarray, longest_edge_m: np.ndarray, limit: float = LARGE) -> np.ndarray:
+def reach_limit() -> float:
+    """`LARGE` as it is now."""
+    return LARGE
+
+
+def are_large(projection: ShadowProjection, bounds_ws: np.ndarray, longest_edge_m: np.ndarray) -> np.ndarray:
     """(B,) bool: triangles in the boxes (B, 2, 3), with edges up to `longest_edge_m` (B,), may be too large for float32 in this map.
 
     Measured where they come nearest to the apex, but no nearer than the map does.
@@ -40,7 +45,7 @@ def are_large(projection: ShadowProjection, bounds_ws: np.ndarray, longest_edge_
     low, high = w_range(projection)
     w, centre, half = projection.clip_from_world[3], bounds_ws.mean(axis=1), 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0])
     nearest = centre @ w[:3] + w[3] - half @ np.abs(w[:3])
-    return extent > limit * np.clip(nearest, low, high)
+    return extent > LARGE * np.clip(nearest, low, high)
 
 
 def map_planes(projection: ShadowProjection, margin: float) -> np.ndarray:

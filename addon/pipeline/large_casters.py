@@ -11,7 +11,7 @@ from functools import partial
 import moderngl
 import numpy as np
 
-from ..maths.cut import LARGE, are_large, cut, map_planes, w_range
+from ..maths.cut import are_large, cut, map_planes, reach_limit, w_range
 from ..maths.projection import ShadowProjection
 from ..maths.spaces import transform
 from .draw_list import Chosen, DrawList
@@ -23,7 +23,7 @@ MARGIN_TEXELS = 8.0  # beyond the map's border, so that filters find no rim
 def large_in(draw_list: DrawList, projection: ShadowProjection, planes: np.ndarray, rows: np.ndarray | None) -> Chosen | None:
     """What of the draw list is too large for this map; None where nothing is (the usual case, told by one comparison)."""
     extent = np.linalg.norm(projection.clip_from_world[[0, 1, 3], :3], axis=1).max()
-    if not draw_list.longest_edge_m * extent > LARGE * w_range(projection)[0]:
+    if not draw_list.longest_edge_m * extent > reach_limit() * w_range(projection)[0]:
         return None
     chosen = draw_list.chosen(planes, partial(are_large, projection), rows)
     return chosen if chosen else None

@@ -18,13 +18,14 @@ import numpy as np
 from ..errors import Cancelled, GpuError
 from ..maths.errors import aliasing_statistics
 from ..maths.fit import plan_shadows
+from ..maths.precision import Loss, precision_loss
 from ..maths.projection import ShadowPlan
 from ..maths.view import Camera, Light
 from .context import POLL_S, GpuWorker, shared_worker
 from .device import Device, device_of
 from .draw_list import DrawList
 from .frame import Frame
-from .gbuffer_pass import draw_gbuffer, surface_points_ws
+from .gbuffer_pass import draw_gbuffer, pixel_rays, surface_points_ws
 from .gl_raw import finish
 from .impostor_life import ImpostorChoice, ImpostorFrame, library_of
 from .impostor_shadows import casters_of
@@ -36,6 +37,7 @@ from .shadow_pass import ShadowMaps, draw_shadow_maps
 
 Progress = Callable[[float, str], None]
 STAGES = ("sync", "upload", "gbuffer", "shadow", "shade", "readback")
+PRECISION_PLACES = 4096
 DATA_PASSES = ("shadow", "depth", "normal", "object", "partition", "aliasing")
 
 
@@ -151,7 +153,7 @@ def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
     combined, data = _shade(device, request, draw_list, plan, impostors, ticket)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
-    frame = _frame(device, request, plan, impostors, combined, data)
+    frame = _frame(device, request, draw_list, plan, impostors, combined, data)
     clock.lap("readback")
     clock.total()
     return replace(frame, timing_ms=dict(ticket.timing_ms))
@@ -267,17 +269,20 @@ def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camer
 def _frame(
     device: Device,
     request: Request,
+    draw_list: DrawList,
     plan: ShadowPlan | None,
     impostors: ImpostorFrame | None,
     combined: np.ndarray | None,
     data: list[np.ndarray] | None,
 ) -> Frame:
-    passes = frame_passes(combined, data, request.passes)
-    measured = None
+    passes, loss = frame_passes(combined, data, request.passes), Loss()
+    measured, warnings = None, plan.warnings if plan is not None else ()
     if request.measure and data is not None:
         errors = data[0]
         seen = errors[..., 0] >= 0.0
         measured = aliasing_statistics(errors[..., 0][seen], errors[..., 1][seen], errors[..., 2][seen])
+        loss = _precision(request, plan, draw_list, data)
+        measured["precision"] = loss.as_dict()
     if "texel" in request.passes and plan is not None:
         passes["shadow_depth"] = _shadow_maps(device, request, plan).read()
     info = device.context.info
@@ -291,8 +296,23 @@ def _frame(
         geometry,
         {"renderer": info["GL_RENDERER"], "version": info["GL_VERSION"]},
         measured,
-        plan.warnings if plan is not None else (),
+        (*warnings, loss.warning) if loss.warning else warnings,
         impostors.reports if impostors is not None else (),
+    )
+
+
+def _precision(request: Request, plan: ShadowPlan | None, draw_list: DrawList, data: list[np.ndarray]) -> Loss:
+    """What float32 loses in the maps, at some thousand of the places that the picture shows."""
+    if plan is None:
+        return Loss()
+    step = max(1, int((request.size[0] * request.size[1] / PRECISION_PLACES) ** 0.5))
+    depth, index = data[1][::step, ::step, 3], data[2][::step, ::step, 1]
+    along, start = pixel_rays(request.camera, request.size)
+    rows, columns = np.nonzero(index >= 0)
+    pixels = np.column_stack([columns * step + 0.5, request.size[1] - (rows * step + 0.5), np.ones(len(rows))])
+    points = pixels @ start.T + (pixels @ along.T) * depth[rows, columns].astype(np.float64)[:, None]
+    return precision_loss(
+        plan, request.camera, request.light, points, index[rows, columns], request.settings.fit.size, request.size, draw_list.longest_edge_m
     )
 
 
