@@ -61,7 +61,7 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
         "FOOT_SHARE": FOOT_SHARE,
         "SHARED_HEIGHTS": int(test.kind == "depth" and test.bias_strategy == "automatic" and has_plain_cells),
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
-        "CUT_BEYOND": min(reach_limit(), 1e30),  # maps: twice the units of clip coordinates, since a gradient of s or t is at most two rows' sum
+        "CUT_BEYOND": min(reach_limit(), 1e30),  # maps: twice the units of clip coordinates, a gradient being two rows' sum at most
     }
 
 
