@@ -2,8 +2,8 @@
 
 The light's rays are the capture's own, whatever the map's warp: a texel covers the same rays for ever, so the texture neither warps nor
 tears while the camera moves; it is renewed when the object or the light moves. What it costs is precision: a caster's edge is known to half
-a texel of the capture, its depth as a plane per texel. Not for logarithmic maps and tests that store ids or several depths: these get
-the triangles.
+a texel of the capture, its depth as a plane per texel. Not for logarithmic maps and tests that store ids or several depths, nor for what
+is far larger than a map: these get the triangles.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import GpuError, SceneError
 from ..maths import spaces
+from ..maths.cut import are_large
 from ..maths.projection import ShadowPlan
 from ..maths.relief_frame import capture_frame
 from ..maths.view import Camera, Light
@@ -79,6 +80,8 @@ class CasterLibrary:
             self._kept.pop(key)[1].release()
         rows, textures, room = np.ones(len(scene.instances), bool), [], choice.life.regenerations
         for part in parts_of(scene, wanted):
+            if _is_too_large(part.hull_ws, plan):
+                continue
             mark = _mark(light, maps.size), fingerprint(draw_list, part.rows)
             if self._kept.get(part.group.key, (None,))[0] != mark:
                 room -= 1
@@ -136,6 +139,13 @@ def light_camera(light: Light, hull_ws: np.ndarray) -> Camera:
         near, far = distance - radius, distance + radius
         lens = spaces.perspective(MARGIN * float(np.arcsin(radius / distance)), 1.0, near, far)
     return Camera(spaces.look_at(eye, middle), lens, near, far, name="light")
+
+
+def _is_too_large(hull_ws: np.ndarray, plan: ShadowPlan) -> bool:
+    """Whether a texture laid over the hull (8, 3) would reach farther beyond a map than float32 can draw: it casts as geometry."""
+    bounds = np.stack([hull_ws.min(axis=0), hull_ws.max(axis=0)])[None]
+    extent = np.linalg.norm(bounds[:, 1] - bounds[:, 0], axis=1)
+    return any(bool(are_large(p, bounds, extent).any()) for p in plan.projections if not p.is_empty)
 
 
 def _mark(light: Light, map_size: int) -> tuple:

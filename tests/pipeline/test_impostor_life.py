@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addon.maths import cut
 from addon.maths.relief_frame import tilt_rad
 from addon.maths.relief_life import LifeSettings
 from addon.maths.view import Light
@@ -318,4 +319,11 @@ def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
         renderer.render(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=replace(ALL, casters=casters))
         for casters in CASTERS
     ]
+    np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])
+
+
+def test_an_impostor_far_larger_than_a_map_casts_as_geometry(film, monkeypatch):
+    """Its blocks would reach farther beyond the map than float32 can draw; with no room beyond, that is every impostor."""
+    monkeypatch.setattr(cut, "LARGE", 1e-3)
+    frames = [film(orbit(0.3), replace(ALL, casters=casters), passes=("shadow",)) for casters in CASTERS]
     np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])
