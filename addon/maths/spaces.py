@@ -78,6 +78,15 @@ def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray = (0.0,
     return out
 
 
+def with_depth_range(clip_from_view: np.ndarray, near: float, far: float, is_orthographic: bool) -> np.ndarray:
+    """The projection (4, 4), its shift and sides kept, with OpenGL's exact rows of depth and w for view depths `near` to `far`.
+
+    A projection made in float32 holds near/far to 1e-7 only: beyond that its far plane lies anywhere.
+    """
+    made = (orthographic if is_orthographic else perspective)(0.5, 1.0, near, far)
+    return np.concatenate([clip_from_view[:2], made[2:]])
+
+
 def perspective(half_fov_rad: float, aspect: float, near: float, far: float) -> np.ndarray:
     """OpenGL's `clip_from_view` for half the *vertical* field of view, aspect = width/height, near and far view depth."""
     out = np.zeros((4, 4))

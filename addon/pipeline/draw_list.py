@@ -168,6 +168,10 @@ class DrawList:
             self._corners[mesh.key] = mesh.positions.astype(np.float64)[triangles]
         return self._corners[mesh.key]
 
+    def bounds_ws(self) -> np.ndarray:
+        """(B, 2, 3) world bounds of all that can be drawn."""
+        return np.concatenate([self.ranges.bounds_ws, *(group.bounds_ws for group in self.groups)])
+
     def bind_table(self) -> None:
         """Bind the instance table for `common_instance.glsl`."""
         self.table.use(SAMPLER_UNITS["u_table"])

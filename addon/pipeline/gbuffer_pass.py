@@ -7,16 +7,23 @@ from collections.abc import Hashable
 import moderngl
 import numpy as np
 
+from ..maths.anchored_camera import AnchoredCamera
+from ..maths.depth_projection import DepthProjection
 from ..maths.view import Camera
-from .clusters import frustum_planes
+from .clusters import frustum_planes, visible
+from .depth_buffer import DepthBuffer
 from .draw_list import DrawList
-from .programs import Programs, matrix_bytes, set_uniforms
+from .programs import Programs
+from .surface_pass import SurfaceShader, draw_surfaces
+
+SURFACE = SurfaceShader("gbuffer.frag")
 
 
 class GBuffer:
     """Targets of one size: `view_depth` R32F (metres), `normal` RG16 octahedral, `ids` RG32UI (slot + 1, triangle), and a depth buffer.
 
-    `holds` says what was drawn last (scene, camera, instances), by whoever can say; None after `use`.
+    `holds` says what was drawn last (scene, camera, instances), by whoever can say; None after `use`. `projection`: of the depths in the
+    buffer, None before anything is drawn.
     """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
@@ -24,16 +31,23 @@ class GBuffer:
         self.view_depth = context.texture(size, 1, dtype="f4")
         self.normal = context.texture(size, 2, dtype="f2")
         self.ids = context.texture(size, 2, dtype="u4")
-        self.depth = context.depth_texture(size)
+        self.depth = DepthBuffer(context, size)
         for texture in (self.view_depth, self.normal, self.ids):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.framebuffer = context.framebuffer([self.view_depth, self.normal, self.ids], self.depth)
+        self.framebuffer = self.depth.framebuffer([self.view_depth, self.normal, self.ids])
         self.holds: Hashable = None
+        self.projection: DepthProjection | None = None
 
     def use(self) -> None:
         """Bind for drawing: what it held before does not count any more."""
         self.holds = None
         self.framebuffer.use()
+
+    def clear(self, projection: DepthProjection) -> None:
+        """Bind, and nothing is seen: the depths to come are those of `projection`."""
+        self.use()
+        self.projection = projection
+        self.framebuffer.clear(depth=projection.farthest)
 
     def release(self) -> None:
         """Free the targets."""
@@ -44,19 +58,14 @@ class GBuffer:
 def draw_gbuffer(
     context: moderngl.Context, programs: Programs, target: GBuffer, draw_list: DrawList, camera: Camera, rows: np.ndarray | None = None
 ) -> int:
-    """Draw the scene (or only the instance rows of the mask `rows`) as the camera sees it; returns the triangles sent."""
-    target.use()
-    target.framebuffer.clear()
-    context.enable_only(moderngl.DEPTH_TEST)
-    view = camera.view_from_world
-    pair = [programs.get("gbuffer.vert", "gbuffer.frag", INSTANCED=flag) for flag in (0, 1)]
-    for program in pair:
-        set_uniforms(
-            program,
-            u_clip_from_world=matrix_bytes(camera.clip_from_world),
-            u_view_depth_from_world=np.asarray(-view[2], np.float32).tobytes(),
-        )
-    return draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True, rows=rows)
+    """Draw the scene (or only the instance rows of the mask `rows`) as the camera sees it; returns the triangles sent.
+
+    The depths are fitted to all that the camera can see of the scene, also to what is drawn later in another way (impostors).
+    """
+    bounds = draw_list.bounds_ws()
+    eye = AnchoredCamera.of(camera, bounds[visible(bounds, frustum_planes(camera.clip_from_world))])
+    target.clear(eye.depth)
+    return draw_surfaces(context, programs, draw_list, eye, SURFACE, rows)
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

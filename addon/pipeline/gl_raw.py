@@ -52,6 +52,11 @@ _SIGNATURES = {
     "glTexImage3D": (_uint, _int, _int, _int, _int, _int, _int, _uint, _uint, _void),
     "glTexParameteri": (_uint, _uint, _int),
     "glTexBuffer": (_uint, _uint, _uint),
+    "glGenRenderbuffers": (_int, _names),
+    "glDeleteRenderbuffers": (_int, _names),
+    "glBindRenderbuffer": (_uint, _uint),
+    "glRenderbufferStorage": (_uint, _uint, _int, _int),
+    "glFramebufferRenderbuffer": (_uint, _uint, _uint, _uint),
     "glGenFramebuffers": (_int, _names),
     "glDeleteFramebuffers": (_int, _names),
     "glBindFramebuffer": (_uint, _uint),
@@ -75,7 +80,10 @@ _SIGNATURES = {
 
 
 class RawGL:
-    """The functions of `_SIGNATURES`, callable by name without the `gl` prefix: `raw.BindTexture(target, name)`."""
+    """The functions of `_SIGNATURES`, callable by name without the `gl` prefix: `raw.BindTexture(target, name)`.
+
+    `ClipControl` is None where the driver has none (before OpenGL 4.5, macOS).
+    """
 
     def __init__(self, context: moderngl.Context) -> None:
         load = context.mglo._context.load_opengl_function
@@ -84,10 +92,13 @@ class RawGL:
             if not address:
                 raise GpuError(f"The OpenGL driver lacks {name}: update the graphics driver (OpenGL 3.3 is needed).")
             setattr(self, name[2:], ctypes.CFUNCTYPE(None, *arguments)(address))
+        has_clip_control = context.version_code >= 450 or "GL_ARB_clip_control" in context.extensions
+        address = load("glClipControl") if has_clip_control else None
+        self.ClipControl = ctypes.CFUNCTYPE(None, _uint, _uint)(address) if address else None
         self.CheckFramebufferStatus = ctypes.CFUNCTYPE(_uint, _uint)(load("glCheckFramebufferStatus"))
 
     def new_name(self, kind: str) -> int:
-        """A fresh GL name of 'Textures' or 'Framebuffers'."""
+        """A fresh GL name of 'Textures', 'Renderbuffers' or 'Framebuffers'."""
         name = _uint()
         getattr(self, f"Gen{kind}")(1, ctypes.byref(name))
         return name.value
@@ -108,7 +119,7 @@ def raw_gl(context: moderngl.Context) -> RawGL:
 
 
 def live_objects(context: moderngl.Context) -> int:
-    """How many raw GL objects (textures and framebuffers of this module) are alive; for the leak test."""
+    """How many raw GL objects (textures, renderbuffers and framebuffers of `Owned`) are alive; for the leak test."""
     raw_gl(context)
     return context.extra["live"]
 
@@ -146,7 +157,7 @@ def read_into(context: moderngl.Context, texture: moderngl.Texture, form: int, k
     raw.GetTexImage(_TEXTURE_2D, 0, form, kind, out.ctypes.data)
 
 
-class _Owned:
+class Owned:
     """A GL name with its count in `live_objects`."""
 
     def __init__(self, context: moderngl.Context, kind: str) -> None:
@@ -162,7 +173,7 @@ class _Owned:
             self.glo = 0
 
 
-class DepthArray(_Owned):
+class DepthArray(Owned):
     """A DEPTH_COMPONENT32F texture array (size, size, layers), sampled with NEAREST through `sampler2DArray`."""
 
     def __init__(self, context: moderngl.Context, size: int, layers: int) -> None:
@@ -186,7 +197,7 @@ class DepthArray(_Owned):
         return out.raw
 
 
-class LayerFramebuffer(_Owned):
+class LayerFramebuffer(Owned):
     """A framebuffer on one layer of a depth array (or none), with colour layers of moderngl texture arrays beside it."""
 
     def __init__(
@@ -226,7 +237,7 @@ def id_array(context: moderngl.Context, size: int, layers: int, components: int)
     return array
 
 
-class BufferTexture(_Owned):
+class BufferTexture(Owned):
     """A buffer seen as a one-dimensional texture (`samplerBuffer`, `usamplerBuffer`); formats in `BUFFER_FORMATS`."""
 
     def __init__(self, context: moderngl.Context, buffer: moderngl.Buffer, texel_format: str) -> None:

@@ -12,16 +12,19 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from ..maths.depth_projection import DepthProjection, fitted
 from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp, shift_unit
 from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
 from .allocation import allocating
+from .depth_buffer import DepthBuffer, nearest_wins
 from .device import Device
 from .gbuffer_pass import GBuffer
 from .impostor_capture import CONTINUOUS_TEXELS, ImpostorTextures
 from .impostor_texels import DEFINES, EMPTY, ImpostorTexels
 from .impostor_tiles import OVERLAP, STRIDES, TILE
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
+from .surface_pass import depth_uniforms
 
 METHODS = ("inverse", "forward")
 _KINDS = {"inverse": 0, "sprite": 1, "forward": 2}
@@ -90,15 +93,17 @@ def draw_impostor(
         scratch = _Prewarped(device, source, frame, warp, extent)
         source, seen = scratch.source, _corners(extent, (0.0,)) @ place.T
     blocks = _Blocks.of(target.size, seen, hull)
-    uniforms = _view_uniforms(frame, camera, warp, source) | blocks.uniforms(impostor, place, warp if method == "inverse" else None)
+    depth = target.projection or fitted(camera, np.stack([hull_ws.min(axis=0), hull_ws.max(axis=0)])[None])
+    uniforms = _view_uniforms(frame, camera, warp, source) | _depth_uniforms(frame, camera, depth)
+    uniforms |= blocks.uniforms(impostor, place, warp if method == "inverse" else None)
     uniforms |= {"u_fade": fade, "u_fade_rest": int(fade_rest), "u_behind": behind_texels * shift_unit(frame)}
-    device.context.enable_only(moderngl.DEPTH_TEST)
     target.use()
     source.bind()
-    for is_smooth in (True, False) if method == "inverse" else (False,):
-        program = _program(device, method, fill=fill, smooth=is_smooth)
-        set_uniforms(program, **uniforms)
-        blocks.draw(device.context, program)
+    with nearest_wins(device.context, depth):
+        for is_smooth in (True, False) if method == "inverse" else (False,):
+            program = _program(device, method, fill=fill, smooth=is_smooth)
+            set_uniforms(program, **uniforms)
+            blocks.draw(device.context, program)
     if scratch is not None:
         scratch.release()
 
@@ -123,14 +128,24 @@ def _program(device: Device, method: str, *, fill: bool = False, caster: bool = 
 
 def _view_uniforms(frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> dict[str, object]:
     """The uniforms of the view and the texture."""
-    away, view_row = _away(frame), -camera.view_from_world[2] @ frame.world_from_plane
+    away = _away(frame)
     return {
-        "u_view_depth_from_texel": (float(view_row[0]), float(view_row[1]), float(view_row @ frame.source * away), float(view_row[3])),
         "u_warp": tuple(float(k) * away for k in warp.K),
         "u_size": source.size,
         "u_source_w": float(frame.source[3]) * away,
         "u_corner": source.corner,
         "u_continuous": CONTINUOUS_TEXELS * shift_unit(frame),
+    }
+
+
+def _depth_uniforms(frame: CaptureFrame, camera: Camera, depth: DepthProjection) -> dict[str, object]:
+    """The uniforms of the target's depths: w times the metres behind the near plane of a texel's point, w = 1 + u_source_w a."""
+    row = -camera.view_from_world[2] @ frame.world_from_plane
+    row[3] -= depth.near
+    return {
+        "u_behind_near_from_texel": (float(row[0]), float(row[1]), float(row @ frame.source) * _away(frame), float(row[3])),
+        "u_section": (camera.near - depth.near, camera.far - depth.near),
+        **depth_uniforms(depth),
     }
 
 
@@ -142,8 +157,8 @@ class _Prewarped:
         size = tuple(int(n) for n in extent[1] - extent[0])
         with allocating(context, f"an impostor of {size[0]}×{size[1]} texels", "lower its resolution"):
             texels = ImpostorTexels.of_size(context, size)
-            self._depth = context.depth_texture(size)
-            self._framebuffer = context.framebuffer([texels.layers, texels.both_normals, texels.both_ids], self._depth)
+            self._depth = DepthBuffer(context, size)
+            self._framebuffer = self._depth.framebuffer([texels.layers, texels.both_normals, texels.both_ids])
         self._framebuffer.use()
         self._framebuffer.clear(red=float(EMPTY))
         context.enable_only(moderngl.DEPTH_TEST)

@@ -11,14 +11,16 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from ..maths.anchored_camera import AnchoredCamera
 from ..maths.relief import CaptureFrame, shift_unit
 from ..maths.relief_outline import STEEPEST
-from .clusters import frustum_planes
+from .depth_buffer import DepthBuffer
 from .device import Device
 from .draw_list import DrawList
 from .gbuffer_pass import pixel_rays
 from .gl_raw import finish
 from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
+from .surface_pass import SurfaceShader, draw_surfaces
 
 EMPTY = np.float32(1e9)
 SAMPLES = 2
@@ -65,13 +67,13 @@ def draw_texels(
 
     `last` (h, w) float32, `with_last` only: |relief| of the farthest surface on the ray through each texel's middle, 0 without.
     """
-    samples = device.attached("impostor samples", lambda: _KeptSamples(device))
+    samples = kept_samples(device)
     front, back = samples.of_size((SAMPLES * frame.width, SAMPLES * frame.height))
     front.draw(device, draw_list, rows, frame, None)
     if with_back:
         back.draw(device, draw_list, rows, frame, front)
     else:
-        back.clear()
+        back.clear(1.0)
     front.bind("sample_")
     back.bind("back_")
     texels = _texels(device, frame)
@@ -115,6 +117,11 @@ def _gather(device: Device, shader: str, targets: list[moderngl.Texture], edges:
     framebuffer.release()
 
 
+def kept_samples(device: Device) -> _KeptSamples:
+    """The device's targets for captures, made on first use and released with it."""
+    return device.attached("impostor samples", lambda: _KeptSamples(device))
+
+
 class _KeptSamples:
     """The two layers' targets from capture to capture: to make them anew takes a third of a capture's time. Released with the device."""
 
@@ -148,12 +155,12 @@ class _Samples:
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
         self.layers, self.normal, self.ids = (_texture(context, size, *kind) for kind in ((4, "f4"), (2, "f2"), (2, "u4")))
-        self._depth = context.depth_texture(size)
-        self._framebuffer = context.framebuffer([self.layers, self.normal, self.ids], self._depth)
-        self._found = context.framebuffer([self.ids], self._depth)
+        self._depth = DepthBuffer(context, size)
+        self._framebuffer = self._depth.framebuffer([self.layers, self.normal, self.ids])
+        self._found = self._depth.framebuffer([self.ids])
 
-    def clear(self, depth: float = 1.0) -> None:
-        """Nothing is seen."""
+    def clear(self, depth: float) -> None:
+        """Nothing is seen, and all of this depth."""
         self._found.use()
         self._found.clear(depth=depth)
 
@@ -176,33 +183,31 @@ class _Samples:
         self, device: Device, draw_list: DrawList, rows: np.ndarray, frame: CaptureFrame, first: _Samples | None, farthest: bool = False
     ) -> None:
         """Draw the nearest surface, or the nearest behind those of `first` (depth peeling), or the farthest, one sample a texel."""
-        camera, per_side = frame.camera(), 1 if farthest else SAMPLES
+        eye, per_side = AnchoredCamera.of(frame.camera()), 1 if farthest else SAMPLES
         size = (per_side * frame.width, per_side * frame.height)
-        self.clear(0.0 if farthest else 1.0)
+        self.clear(eye.depth.nearest if farthest else eye.depth.farthest)
         self._framebuffer.viewport = (0, 0, *size)
         self._framebuffer.use()
-        device.context.depth_func = ">" if farthest else "<"
-        device.context.enable_only(moderngl.DEPTH_TEST)
-        defines = {"LAYER": first is not None, "PERSPECTIVE": f"{frame.is_perspective}".lower()}
-        pair = [device.programs.get("gbuffer.vert", "impostor_surface.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
         if first is not None:
             first.bind("sample_")
-        for program in pair:
-            set_uniforms(
-                program,
-                u_clip_from_world=matrix_bytes(camera.clip_from_world),
-                u_view_depth_from_world=np.asarray(-camera.view_from_world[2], np.float32).tobytes(),
-                u_along_from_pixel=matrix_bytes(pixel_rays(camera, size)[0]),
-                u_plane=-float(frame.source[2]) if frame.is_perspective else 0.0,
-                u_apart=APART_TEXELS * frame.texel_m,
-            )
-        draw_list.draw(*pair, frustum_planes(camera.clip_from_world), attributes=True, rows=rows)
-        device.context.depth_func = "<"
+        shader = _shader(frame, eye, size, is_behind=first is not None)
+        draw_surfaces(device.context, device.programs, draw_list, eye, shader, rows, farthest=farthest)
 
     def release(self) -> None:
         """Free the targets."""
         for thing in (self._framebuffer, self._found, self.layers, self.normal, self.ids, self._depth):
             thing.release()
+
+
+def _shader(frame: CaptureFrame, eye: AnchoredCamera, size: tuple[int, int], is_behind: bool) -> SurfaceShader:
+    """What writes the samples of the nearest layer, or of the one behind it."""
+    plane = -float(frame.source[2]) if frame.is_perspective else 0.0
+    uniforms = {
+        "u_along_from_pixel": matrix_bytes(pixel_rays(eye.camera, size)[0]),
+        "u_plane": plane - eye.depth.near,
+        "u_apart": APART_TEXELS * frame.texel_m,
+    }
+    return SurfaceShader("impostor_surface.frag", {"LAYER": is_behind, "PERSPECTIVE": f"{frame.is_perspective}".lower()}, uniforms)
 
 
 def _texture(context: moderngl.Context, size: tuple[int, int], components: int, dtype: str) -> moderngl.Texture:

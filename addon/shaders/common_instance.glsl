@@ -8,6 +8,13 @@ vec3 placed_ws(uint slot, vec3 position_os) {
     return vec3(dot(texelFetch(u_table, row), p), dot(texelFetch(u_table, row + 1), p), dot(texelFetch(u_table, row + 2), p));
 }
 
+// The same relative to `anchor`: nothing large cancels where the instance stands near it.
+vec3 placed_from(uint slot, vec3 position_os, vec3 anchor) {
+    int row = int(slot) * 4;
+    vec4 a = texelFetch(u_table, row), b = texelFetch(u_table, row + 1), c = texelFetch(u_table, row + 2);
+    return (vec3(a.w, b.w, c.w) - anchor) + vec3(dot(a.xyz, position_os), dot(b.xyz, position_os), dot(c.xyz, position_os));
+}
+
 // Direction of a normal under an affine map: the cofactor matrix, right for mirrored and unevenly scaled objects.
 vec3 turned_normal_ws(uint slot, vec3 normal_os) {
     int row = int(slot) * 4;

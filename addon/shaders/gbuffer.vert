@@ -1,18 +1,19 @@
-// Camera pass: what each pixel centre sees.
+// Camera pass: what each pixel centre sees. Places are relative to an anchor near what is seen (maths/anchored_camera.py).
 #include "common_vertex.glsl"
 #include "common_octahedral.glsl"
 in uint in_normal;  // octahedral, two signed 16-bit numbers
 #if !INSTANCED
 in uint in_slot;
 #endif
-uniform mat4 u_clip_from_world;
-uniform vec4 u_view_depth_from_world;  // row: view depth of a world point
+uniform vec3 u_anchor;
+uniform mat3x4 u_rows;        // clip x, clip y, metres behind the near plane
+uniform vec4 u_clip_rule;     // clip z and w of a place t metres behind the near plane: x + y t, z + w t
 flat out uint v_slot;
 out vec3 v_normal_ws;
-out float v_view_depth;
+out float v_behind_near;
 
 void main() {
-    vec4 p = vec4(vertex_ws(), 1.0);
+    vec4 p = vec4(vertex_from(u_anchor), 1.0);
 #if INSTANCED
     v_slot = vertex_slot();
     v_normal_ws = normalize(turned_normal_ws(v_slot, unpacked_octahedral(in_normal)));
@@ -20,6 +21,7 @@ void main() {
     v_slot = in_slot;
     v_normal_ws = unpacked_octahedral(in_normal);
 #endif
-    v_view_depth = dot(u_view_depth_from_world, p);
-    gl_Position = u_clip_from_world * p;
+    vec3 seen = p * u_rows;
+    v_behind_near = seen.z;
+    gl_Position = vec4(seen.xy, u_clip_rule.xz + u_clip_rule.yw * seen.z);
 }

@@ -5,8 +5,14 @@
 #define PREWARPED 2
 uniform sampler2D u_both_normals;   // of the front, of the back
 uniform usampler2D u_both_ids;      // likewise
+#if CASTER
 uniform mat4 u_clip_from_texel;
-uniform vec4 u_view_depth_from_texel;
+#else
+#include "common_depth.glsl"
+uniform vec4 u_behind_near_from_texel;
+uniform float u_near;
+uniform vec2 u_section;             // metres behind the near plane between which the camera shows something
+#endif
 uniform float u_source_w;           // 1 + u_source_w a is the w of a texel's point in plane coordinates
 uniform float u_deepest;            // behind this no surface lies
 uniform float u_continuous;         // steps of a up to this are one surface
@@ -52,6 +58,10 @@ Hit trace(vec2 uv) {
 #endif
 #endif
 
+#if !CASTER
+float behind_near_at(vec4 place) { return dot(u_behind_near_from_texel, place) / (1.0 + u_source_w * place.z); }
+#endif
+
 float dither() { return fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))); }
 
 void main() {
@@ -61,14 +71,15 @@ void main() {
     if (!hit.found || place_seen.z <= 0.0) discard;
     ivec2 texel = texel_at(hit.cell);
     vec4 place = vec4(hit.place, 1.0);
-    vec4 clip = u_clip_from_texel * vec4(place.xy, place.z + u_behind, 1.0);
-    float depth = 0.5 + 0.5 * clip.z / clip.w;
+    vec4 farther = vec4(place.xy, place.z + u_behind, 1.0);
 #if CASTER
-    gl_FragDepth = clamp(depth, 0.0, 1.0);
+    vec4 clip = u_clip_from_texel * farther;
+    gl_FragDepth = clamp(0.5 + 0.5 * clip.z / clip.w, 0.0, 1.0);
 #else
-    if (depth < 0.0 || depth > 1.0) discard;
-    gl_FragDepth = depth;
-    out_view_depth = dot(u_view_depth_from_texel, place) / (1.0 + u_source_w * place.z);
+    float behind_near = behind_near_at(farther);
+    if (behind_near < u_section.x || behind_near > u_section.y) discard;
+    gl_FragDepth = depth_behind(behind_near);
+    out_view_depth = u_near + behind_near_at(place);
     vec4 normals = texelFetch(u_both_normals, texel, 0);
     uvec4 ids = texelFetch(u_both_ids, texel, 0);
     out_normal = hit.on_back ? normals.ba : normals.rg;

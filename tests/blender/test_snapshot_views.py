@@ -100,8 +100,26 @@ def test_viewports_are_cameras(blend):
     perspective = Matrix(((1.5, 0, 0, 0), (0, 2.5, 0, 0), (0, 0, -1.002, -0.2002), (0, 0, -1, 0)))
     flat = Matrix(((0.2, 0, 0, 0), (0, 0.3, 0, 0), (0, 0, -0.002, 0), (0, 0, 0, 1)))
     for matrix, is_perspective, near, far in ((perspective, True, 0.1, 100.1), (flat, False, -500, 500)):
-        region = SimpleNamespace(view_matrix=view, window_matrix=matrix, is_perspective=is_perspective)
+        region = SimpleNamespace(view_matrix=view, window_matrix=matrix, is_perspective=is_perspective, view_perspective="PERSP")
         camera = camera_from_region(region, SimpleNamespace(clip_start=0.1, clip_end=200), np.array([1.0, 2.0, 3.0]), SIZE)
         assert np.allclose(camera.eye_ws, (4, -10, 0), atol=1e-5)
         assert np.isclose(camera.near, near, rtol=2e-3) and np.isclose(camera.far, far, rtol=2e-2)
         assert camera.is_orthographic != is_perspective
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+@pytest.mark.parametrize(("near", "far"), [(0.001, 1e5), (1e-4, 5.0), (0.1, 2e7)])
+def test_near_and_far_are_exact_however_far_apart(blend, kind, near, far):
+    """Blender's matrices are float32: of a far plane 1e8 times as far as the near one they hold nothing."""
+    data = bpy.data.cameras.new("camera")
+    data.type, data.clip_start, data.clip_end = kind, near, far
+    camera = add(data, (7, -3, 5))
+    bpy.context.view_layer.update()
+    rendered = camera_from_object(camera, depsgraph(), SIZE, np.zeros(3))
+    window = camera.calc_matrix_camera(depsgraph(), x=SIZE[0], y=SIZE[1])
+    region = SimpleNamespace(view_matrix=Matrix(), window_matrix=window, is_perspective=kind == "PERSP", view_perspective="CAMERA")
+    seen = camera_from_region(region, SimpleNamespace(clip_start=0.01, clip_end=1000.0, camera=camera), np.zeros(3), SIZE)
+    for made in (rendered, seen):
+        assert (made.near, made.far) == (data.clip_start, data.clip_end)
+        ends = made.clip_from_view @ np.array([[0.0, 0.0], [0.0, 0.0], [-made.near, -made.far], [1.0, 1.0]])
+        assert np.allclose(ends[2] / ends[3], [-1.0, 1.0], rtol=0.0, atol=1e-9)

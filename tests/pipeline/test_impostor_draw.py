@@ -1,5 +1,6 @@
 """Captured and drawn relief impostors against the maths' warp, the captured texels and the true surfaces."""
 
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
 from addon.pipeline.gl_raw import live_objects
 from addon.pipeline.impostor_capture import capture, fingerprint
 from addon.pipeline.impostor_draw import draw_impostor
+from addon.pipeline.impostor_texels import kept_samples
 from addon.pipeline.impostor_views import DrawnImpostor
 from addon.pipeline.readback import read_texture
 from tests import scenes
@@ -60,29 +62,35 @@ class Rig:
         return capture(self.device, self.draw_list, rows, frame, **options)
 
     def direct(self, camera, rows=None):
-        target = GBuffer(self.context, SIZE)
-        draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, rows)
-        return self.read(target)
+        with self.target() as target:
+            draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, rows)
+            return self.read(target)
 
     def draw(self, camera, *impostors, geometry=None, **options):
-        target = GBuffer(self.context, SIZE)
-        draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, ~self.rows if geometry is None else geometry)
-        for impostor in impostors:
-            draw_impostor(self.device, target, impostor, self.hull(), camera, **options)
-        return self.read(target)
+        with self.target() as target:
+            draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, ~self.rows if geometry is None else geometry)
+            for impostor in impostors:
+                draw_impostor(self.device, target, impostor, self.hull(), camera, **options)
+            return self.read(target)
 
     def shown(self, camera, drawn):
         """(h, w) where a `DrawnImpostor` shows something."""
+        with self.target() as target:
+            draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, ~self.rows)
+            drawn.draw(self.device, target, camera)
+            return self.read(target)[1][..., 0] > 0
+
+    @contextmanager
+    def target(self):
         target = GBuffer(self.context, SIZE)
-        draw_gbuffer(self.context, self.device.programs, target, self.draw_list, camera, ~self.rows)
-        drawn.draw(self.device, target, camera)
-        return self.read(target)[1][..., 0] > 0
+        try:
+            yield target
+        finally:
+            self.device.unbind()
+            target.release()
 
     def read(self, target):
-        images = read_texture(target.view_depth), read_texture(target.ids)
-        self.device.unbind()
-        target.release()
-        return images
+        return read_texture(target.view_depth), read_texture(target.ids)
 
 
 @pytest.fixture
@@ -92,8 +100,10 @@ def on_gl(worker):
     def run(job, scene=None):
         def on_worker(context):
             rig = Rig(context, worker, scene)
+            kept_samples(rig.device).release()
             before = live_objects(context)
             out = job(rig)
+            kept_samples(rig.device).release()
             assert live_objects(context) == before
             assert context.error == "GL_NO_ERROR"
             return out

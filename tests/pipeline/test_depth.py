@@ -1,0 +1,86 @@
+"""The nearest surface wins, at any clip range: with clip control, and without it as on macOS."""
+
+import numpy as np
+import pytest
+
+from addon.maths import spaces
+from addon.maths.view import Camera
+from addon.pipeline.depth_buffer import has_clip_control
+from addon.pipeline.gl_raw import raw_gl
+from addon.pipeline.renderer import Renderer
+from addon.pipeline.settings import Settings
+from tests import plates, scenes
+
+SETTINGS = Settings().replaced(fit={"size": 64}, partition={"kind": "none"})
+ALLOWED = 0.003
+
+
+@pytest.fixture(params=[True, False], ids=["clip control", "no clip control"])
+def eye(request, worker):
+    """Renders what a camera sees of a scene: the data images. The driver has clip control, or is one without."""
+    control = worker.call(lambda context: raw_gl(context).ClipControl)
+    if not request.param:
+        worker.call(lambda context: setattr(raw_gl(context), "ClipControl", None))
+    elif control is None:
+        pytest.skip("this driver has no clip control")
+    yield lambda scene, camera, size=plates.SIZE: (
+        Renderer(worker).render(scene, camera, None, SETTINGS, size, ("depth", "normal", "object")).passes
+    )
+    assert worker.call(has_clip_control) == request.param
+    worker.call(lambda context: setattr(raw_gl(context), "ClipControl", control))
+    assert worker.call(lambda context: context.error) == "GL_NO_ERROR"
+
+
+@pytest.mark.parametrize("case", list(plates.named()), ids=lambda case: case.name)
+def test_the_nearer_of_two_surfaces_shows(eye, case):
+    seen = eye(case.scene, case.camera)
+    assert (case.nearest >= 0).mean() > 0.1
+    assert case.wrong_share(seen["object"]) <= ALLOWED
+
+
+@pytest.mark.parametrize("seeds", [range(15), range(15, 30)], ids=str)
+def test_the_nearer_of_two_plates_drawn_at_random_shows(eye, seeds):
+    shares = {case.name: case.wrong_share(eye(case.scene, case.camera)["object"]) for case in map(plates.drawn, seeds)}
+    assert {name: share for name, share in shares.items() if share > ALLOWED} == {}
+
+
+def test_the_depth_pass_is_that_of_the_nearer_plate(eye):
+    case = plates.pair(50.0, 0.001, 0.01, 1000.0)
+    seen, nearest = eye(case.scene, case.camera), case.hits.min(axis=0)
+    both = np.isfinite(nearest) & np.isfinite(seen["depth"])
+    assert both.mean() > 0.1
+    assert np.abs(seen["depth"][both] / nearest[both] - 1.0).max() < 1e-6
+
+
+@pytest.mark.parametrize("is_parallel", [True, False])
+@pytest.mark.parametrize(("near", "far", "shown"), [(0.01, 1e6, {0, 1, 2}), (9.5, 1e6, {1, 2}), (0.01, 20.5, {0, 1}), (9.5, 20.5, {1})])
+def test_the_cameras_clip_is_a_section(eye, is_parallel, near, far, shown):
+    """Three upright plates at 9, 20 and 30 m, each beside the next; far/near up to 1e8."""
+    clip = spaces.orthographic(6.0, 1.0, near, far) if is_parallel else spaces.perspective(0.3, 1.0, near, far)
+    camera = Camera(spaces.look_at((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)), clip, near, far)
+    places = (-2.5, 9.0), (-0.7, 20.0), (1.0, 30.0)
+    sheets = [scenes.sheet((x, y, -5.0), (x + 1.5, y, -5.0), (x + 1.5, y, 5.0), (x, y, 5.0)) for x, y in places]
+    seen = eye(scenes.scene_of(*sheets), camera, (96, 96))["object"]
+    assert set(np.unique(seen)) - {-1} == shown
+
+
+@pytest.mark.parametrize("is_parallel", [True, False])
+def test_a_plate_through_the_near_plane_is_cut_where_the_plane_lies(eye, is_parallel):
+    """A floor from behind the eye to far away: its first pixel row lies at the near plane, its depth falls short of it nowhere."""
+    near, far = 2.0, 1e5
+    clip = spaces.orthographic(6.0, 1.0, near, far) if is_parallel else spaces.perspective(0.6, 1.0, near, far)
+    camera = Camera(spaces.look_at((0.0, 0.0, 1.0), (0.0, 1.0, 0.9)), clip, near, far)
+    floor = scenes.sheet((-50.0, -50.0, 0.0), (50.0, -50.0, 0.0), (50.0, 50.0, 0.0), (-50.0, 50.0, 0.0))
+    depth = eye(scenes.scene_of(floor), camera, (64, 256))["depth"]
+    shown = depth[np.isfinite(depth)]
+    assert shown.min() > near * (1.0 - 1e-5) and shown.min() < near * 1.2
+    assert len(shown) > 500
+
+
+def test_an_orthographic_view_may_begin_behind_its_eye(eye):
+    """Blender's parallel viewports: near = −far."""
+    camera = Camera(spaces.look_at((0.0, -3.0, 0.0), (0.0, 0.0, 0.0)), spaces.orthographic(3.0, 1.0, -5e4, 5e4), -5e4, 5e4)
+    sheets = [scenes.sheet((-1.0, y, -1.0), (1.0, y, -1.0), (1.0, y, 1.0), (-1.0, y, 1.0)) for y in (-9.0, -9.00001, 4.0)]
+    seen = eye(scenes.scene_of(*sheets), camera, (64, 64))
+    assert set(np.unique(seen["object"])) == {-1, 1}
+    assert np.allclose(seen["depth"][np.isfinite(seen["depth"])], -6.00001, atol=2e-6)
