@@ -71,10 +71,15 @@ def test_both_sides_of_a_sheet_count_once():
 
 
 def test_a_larger_map_is_no_worse_on_long_slivers(renderer):
-    """On faces thousands of texels long and a few wide the rasteriser's float32 depth is out by a texel's tilt: 1 % acne without `blur`."""
+    """On faces thousands of texels long and a few wide the rasteriser's float32 depth is out by a texel's tilt: 2 % acne without `blur`.
+
+    Mean of three eyes, each with about 970 pixels that count: one of them more or less says nothing.
+    """
     tubes = [scenes.rod((x, -2.2, 0.6), (x + 3.0, 2.2, 1.2), 0.03, 48) for x in np.arange(-1.5, 1.0, 0.5)]
     scene, light = scenes.scene_of(scenes.joined(*tubes)), scenes.sun(30.0, -60.0)
-    camera = scenes.look_at((0.3, -3.0, 2.6), (0.3, 0.0, 0.6), near=0.3, far=60.0)
-    small, _ = misclassified(renderer, scene, settings("uniform", size=2048), light, camera)
-    large, _ = misclassified(renderer, scene, settings("uniform", size=8192), light, camera)
-    assert large <= small
+    cameras = [scenes.look_at((x, -3.0, 2.6), (0.3, 0.0, 0.6), near=0.3, far=60.0) for x in (0.29, 0.3, 0.31)]
+    small, large = (
+        np.mean([misclassified(renderer, scene, settings("uniform", size=size), light, camera)[0] for camera in cameras])
+        for size in (2048, 8192)
+    )
+    assert large <= small + 0.002
