@@ -3,8 +3,10 @@
     python -m benchmarks.scale                   every case × every method, then the table (about ten minutes)
     python -m benchmarks.scale --cases 40        the first cases only; --first N begins later; --only 'uniform,triangle' some methods
     python -m benchmarks.scale --label before    rows under another name, for a program to compare with
+    python -m benchmarks.scale --write           docs/scale.md anew from the rows that are there ('now' and 'before')
 
-Truth is exact (`scale_scenes.py`). Rows go to benchmarks/results/scale-LABEL.jsonl.
+Truth is exact (`scale_scenes.py`). Rows go to benchmarks/results/scale-LABEL.jsonl. A program from before `local_origin` is measured with
+these two files laid into its checkout.
 """
 
 from __future__ import annotations
@@ -19,12 +21,18 @@ from pathlib import Path
 import numpy as np
 
 from addon.errors import SceneError
-from addon.pipeline.local_origin import based_near
 from addon.pipeline.renderer import Renderer
 from addon.pipeline.settings import Settings
 from addon.truth.compare import COMPARED_PASSES, compare
 from addon.truth.tracer import Truth
 from benchmarks.scale_scenes import SIZE, ScaleScene, scale_scene
+
+try:
+    from addon.pipeline.local_origin import based_near
+except ImportError:  # a program to compare with
+    def based_near(*picture: object) -> tuple[object, ...]:
+        """As it is."""
+        return picture
 
 RESULTS = Path(__file__).resolve().parent / "results"
 CASES = 300
@@ -72,6 +80,68 @@ def summary(rows: list[dict[str, object]]) -> str:
     return "\n".join(lines)
 
 
+def page() -> str:
+    """docs/scale.md: what was measured, for this program and the one before."""
+    rows = {name: [json.loads(line) for line in (RESULTS / f"scale-{name}.jsonl").read_text().splitlines()] for name in ("now", "before")}
+    worst = max(row["precision"] for row in rows["now"] if row["precision"] is not None)
+    plates = RESULTS.parents[1] / "docs" / "scale_plates.md"
+    return TEMPLATE.format(
+        cases=len({row["case"] for row in rows["now"]}), size="×".join(map(str, SIZE)), now=summary(rows["now"]),
+        before=summary(rows["before"]), cases_before=len({row["case"] for row in rows["before"]}), grounds=by_ratio(rows), worst=worst,
+        plates=plates.read_text(encoding="utf-8") if plates.is_file() else "",
+    )
+
+
+def by_ratio(rows: dict[str, list[dict[str, object]]]) -> str:
+    """Wrong % of the defaults by the decade of ground over part, now and before."""
+    lines = ["| ground / part | wrong %, now | worst | wrong %, before | worst |", "|---" * 5 + "|"]
+    for decade in range(5):
+        cells = []
+        for name in ("now", "before"):
+            drawn = [row for row in rows[name] if row["method"] == "defaults" and row["misclassified_pct"] is not None]
+            own = [row["misclassified_pct"] for row in drawn if 10**decade <= row["ratio"] < 10 ** (decade + 1)]
+            cells += [f"{np.mean(own):.3f}", f"{max(own):.2f}"]
+        lines.append(f"| {10**decade:,} – {10 ** (decade + 1):,} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+TEMPLATE = """# Every scale
+
+A part on a ground: how far can the ground reach before the shadows suffer? They do not: choose the test and the warp by what
+[Quality](quality.md) says, whatever the size of the site. The report's `measured.precision` tells what float32 loses in the maps, in
+texels, and a warning line appears where that could be seen.
+
+{cases} random scenes (`python -m benchmarks.scale`): a heap of blocks on a ground of 1 to 100,000 times its size, as one quad, a grid or
+tiles, level or tilted, the heap at its middle or off it, also at UTM coordinates; sun at 2° to 88°, spot, point; perspective, low views
+with the horizon, orthographic, a lens of 0.5°. {size} pixels, four maps of 1024², exact float64 truth.
+
+{now}
+
+The program before (91b023b), {cases_before} of the same scenes:
+
+{before}
+
+By the ground's size, with the defaults:
+
+{grounds}
+
+The worst `precision.worst_ratio` of all pictures now: {worst:.3f} texels.
+
+## How
+- **Huge casters are cut to the map in float64** (`addon/maths`, `cut`): in clip coordinates before the division the borders of a
+  map are planes, whatever its warp. A rasteriser clips in float32: a triangle that reaches k footprints beyond the map is off by
+  k · 2⁻²³ of it, and by more where it passes the plane w = 0. What is larger than 64 half footprints is cut, which on ordinary scenes is nothing.
+- **Places count from near the eye**: vertices from a local origin that follows the eye in a large scene, matrices from a point just before
+  it; so no large numbers cancel.
+- **The map's depth goes to what is near**: casters more than 16 footprints above the highest receiver (for a lamp: nearer to it than a
+  sixteenth of the nearest receiver's distance) are flattened onto the near plane, where they cover all the same.
+- **Planes of huge receivers** are worked out in float64 and looked up: a corner 20 km away leaves millimetres of doubt at the eye's feet.
+- **A lamp reaches as far as what it lights**, not as the scene: it does not shadow what is nearer than 10⁻⁴ of that.
+
+{plates}
+"""
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -80,7 +150,11 @@ def main() -> None:
     parser.add_argument("--only", default=",".join(METHODS))
     parser.add_argument("--label", default="now")
     parser.add_argument("--worst", type=int, default=0, help="print so many worst rows")
+    parser.add_argument("--write", action="store_true")
     choice = parser.parse_args()
+    if choice.write:
+        (RESULTS.parents[1] / "docs" / "scale.md").write_text(page(), encoding="utf-8")
+        return
     methods = {name: METHODS[name] for name in choice.only.split(",")}
     renderer, rows = Renderer(), []
     for number in range(choice.first, choice.first + choice.cases):
