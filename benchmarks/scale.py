@@ -40,7 +40,6 @@ DEFAULTS = Settings()
 METHODS = {
     "defaults": DEFAULTS,
     "triangle": DEFAULTS.replaced(test={"kind": "triangle"}),
-    "fit scene": DEFAULTS.replaced(fit={"kind": "scene"}),
     **{warp: DEFAULTS.replaced(warp={"kind": warp}) for warp in ("uniform", "psm", "lispsm", "lloyd", "tsm", "log", "logpsm")},
 }
 
@@ -130,11 +129,12 @@ The worst `precision.worst_ratio` of all pictures now: {worst:.3f} texels.
 ## How
 - **Huge casters are cut to the map in float64** (`addon/maths`, `cut`): in clip coordinates before the division the borders of a
   map are planes, whatever its warp. A rasteriser clips in float32: a triangle that reaches k footprints beyond the map is off by
-  k · 2⁻²³ of it, and by more where it passes the plane w = 0. What is larger than 64 half footprints is cut, which on ordinary scenes is nothing.
+  k · 2⁻²³ of it, and by more where it passes the plane w = 0. What is larger than 64 half
+  footprints is cut: on ordinary scenes nothing.
 - **Places count from near the eye**: vertices from a local origin that follows the eye in a large scene, matrices from a point just before
   it; so no large numbers cancel.
 - **The map's depth goes to what is near**: casters more than 16 footprints above the highest receiver (for a lamp: nearer to it than a
-  sixteenth of the nearest receiver's distance) are flattened onto the near plane, where they cover all the same.
+  quarter of the nearest receiver's distance) are flattened onto the near plane, where they cover all the same.
 - **Planes of huge receivers** are worked out in float64 and looked up: a corner 20 km away leaves millimetres of doubt at the eye's feet.
 - **A lamp reaches as far as what it lights**, not as the scene: it does not shadow what is nearer than 10⁻⁴ of that.
 

@@ -19,6 +19,7 @@ from .projection import LogWarp
 DEPTH_MARGIN = 1e-3   # of the depth range, on both sides
 LEAST_SPAN = log2(1.0 + 1.0 / 64.0)  # of a bent log map's logarithm: below, float32 would cancel
 HIGHEST = 16.0        # footprints above the highest receiver: casters beyond are flattened onto the near plane (depth clamp)
+NEARER = 4.0          # times nearer to a lamp than the nearest receiver: likewise (depth is 1/R there, so digits are dearer)
 LEAST_SHAPE = 1e-4    # the map's short side is never less than this share of its long side (a body seen edge on)
 
 
@@ -104,9 +105,9 @@ def _highest(space: LightSpace, lit: float, span: float) -> float:
     """The y of light space beyond which casters need no depth of their own: each covers whatever it stands above.
 
     `HIGHEST` times the footprint `span` above the highest receiver `lit`, so that one far wall does not take the depth's digits from all
-    others; for a finite light, where y = 1/R, at a `HIGHEST`th of the nearest receiver's distance.
+    others; for a finite light, where y = 1/R, at a `NEARER`th of the nearest receiver's distance.
     """
-    return lit + HIGHEST * span if space.position is None else HIGHEST * lit
+    return lit + HIGHEST * span if space.position is None else NEARER * lit
 
 
 def _bounds(space: LightSpace, warp: Warp, receivers: Receivers, round_share: float) -> tuple[tuple[float, float], tuple[float, float]]:
