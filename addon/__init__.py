@@ -14,6 +14,7 @@ from .parts import attach, detach
 def _parts() -> tuple[ModuleType, ...]:
     """What registers itself with Blender, in order."""
     from . import (
+        changes,
         command,
         engine,
         hud,
@@ -30,7 +31,7 @@ def _parts() -> tuple[ModuleType, ...]:
         viewport,
     )
 
-    settings, drawn = (preferences, sun_properties, properties, impostor_marks, session), (overlays, hud, impostor_overlay)
+    settings, drawn = (preferences, sun_properties, properties, impostor_marks, changes, session), (overlays, hud, impostor_overlay)
     return *settings, engine, viewport, operators, presets, *drawn, panels, command
 
 

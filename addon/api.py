@@ -123,7 +123,7 @@ def preview(
     scene = scene or bpy.context.scene
     asked = View(camera, view, eye, target, up, fov_y_deg, near, far, light, light_direction, size)
     outcome = render(scene, asked.request(scene, options, passes))
-    session.remember(outcome)
+    session.remember(outcome, scene)
     return Preview(outcome)
 
 

@@ -38,4 +38,5 @@ class View:
         camera = camera_maker(self.camera, self.view, self.eye, self.target, self.up, half_fov)
         light = light_maker(self.light, self.light_direction)
         name = bpy.data.filepath or "unsaved scene"
-        return Request(name, passes, camera, light, settings, Lens(half_fov, self.near, self.far), self.size, idle(options, settings))
+        lens, is_drawing = Lens(half_fov, self.near, self.far), self.view is not None
+        return Request(name, passes, camera, light, settings, lens, self.size, idle(options, settings), is_drawing)

@@ -99,7 +99,8 @@ def request_for(name: str, args: argparse.Namespace, settings: Settings, warning
     camera = camera_maker(args.camera, args.view, args.eye, args.target, args.up, half_fov)
     light = light_maker(args.light, args.light_direction)
     complaints = (*warnings, *idle_options(settings, args))
-    return Request(name, (), camera, light, settings, Lens(half_fov, args.near, args.far), args.size, complaints)
+    lens, is_drawing = Lens(half_fov, args.near, args.far), args.view is not None
+    return Request(name, (), camera, light, settings, lens, args.size, complaints, is_drawing)
 
 
 def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:

@@ -136,10 +136,20 @@ def camera_from_eye(
     return Camera(view, perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
 
 
+def world_sun() -> Light:
+    """The sun of a scene without one. It stands in the world, wherever the camera goes: at the upper left of the isometric view."""
+    direction, up = (np.array(v) for v in VIEWS["iso"])
+    return _upper_left(look_at(direction, np.zeros(3), up)[:3, :3].T)
+
+
 def default_sun(camera: Camera) -> Light:
     """A sun from the upper left of the view and somewhat behind the eye, never below 25° above the horizon, so that shadows fall to the
-    lower right as on a drawing and onto the ground."""
-    towards = camera.world_from_view[:3, :3] @ np.array([-0.62, 0.62, 0.48])
+    lower right as on a drawing and onto the ground. It turns with the camera."""
+    return _upper_left(camera.world_from_view[:3, :3])
+
+
+def _upper_left(world_from_view: np.ndarray) -> Light:
+    towards = world_from_view @ np.array([-0.62, 0.62, 0.48])
     towards /= np.linalg.norm(towards)
     lowest = np.sin(radians(25.0))
     if towards[2] < lowest:

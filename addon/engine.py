@@ -72,7 +72,7 @@ class CadShadowEngine(bpy.types.RenderEngine):
             if request is not None and request.reads_only:
                 request.job = job
                 return
-            outcome = self._outcome(job)
+            outcome = self._outcome(job, depsgraph.scene)
             self._deliver(outcome.frame, depsgraph)
             if request is not None:
                 request.outcome = outcome
@@ -88,9 +88,9 @@ class CadShadowEngine(bpy.types.RenderEngine):
         if not self.test_break():
             self.report({"ERROR"}, " ".join(str(error).split()))
 
-    def _outcome(self, job: Job) -> Outcome:
+    def _outcome(self, job: Job, scene: bpy.types.Scene) -> Outcome:
         outcome = run(job, self._progress, self.test_break)
-        session.remember(outcome)
+        session.remember(outcome, scene)
         for warning in outcome.report["warnings"]:
             self.report({"WARNING"}, warning)
         return outcome

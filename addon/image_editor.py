@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -55,22 +57,76 @@ def save_as_render(image: bpy.types.Image, path: Path, scene: bpy.types.Scene) -
 
 
 def show(context: bpy.types.Context, image: bpy.types.Image) -> bool:
-    """Show `image` in an Image Editor: one that is open, else in a new window. False when Blender runs without a window."""
+    """Show `image` in an Image Editor, at once or with Blender's next turn. False when Blender runs without a window.
+
+    The editor is one that shows a picture of ours or nothing, else the window that Blender shows renders in, which is opened and raised
+    as for a render: so there is one window however many pictures are made, and F12 shows its own in it. It is opened from a timer: an
+    operator in whose `modal` a window opens is called for ever.
+    """
     if bpy.app.background or not context.window_manager.windows:
         return False
-    area = _image_editor(context) or _new_window(context)
-    area.spaces.active.image = image
-    area.tag_redraw()
+    area = _free_editor(context)
+    if area is not None:
+        _put(area, image)
+    else:
+        _waiting[:] = [image.name]
+        if not bpy.app.timers.is_registered(_open):
+            bpy.app.timers.register(_open, first_interval=0.0)
     return True
 
 
-def _image_editor(context: bpy.types.Context) -> bpy.types.Area | None:
-    areas = [area for window in context.window_manager.windows for area in window.screen.areas if area.type == "IMAGE_EDITOR"]
-    showing = [area for area in areas if area.spaces.active.image is None or area.spaces.active.image.name == NAME]
-    return showing[0] if showing else None
+_waiting: list[str] = []
 
 
-def _new_window(context: bpy.types.Context) -> bpy.types.Area:
+def _put(area: bpy.types.Area, image: bpy.types.Image) -> None:
+    area.spaces.active.image = image
+    area.tag_redraw()
+
+
+def _free_editor(context: bpy.types.Context) -> bpy.types.Area | None:
+    """An Image Editor in the user's own windows that may show our picture: it shows one already, or none, and is not pinned."""
+    screens = [window.screen for window in context.window_manager.windows if not window.screen.is_temporary]
+    spaces = [(area, area.spaces.active) for screen in screens for area in screen.areas if area.ui_type == "IMAGE_EDITOR"]
+    free = [(area, space.image) for area, space in spaces if not space.use_image_pin and (space.image is None or _is_picture(space.image))]
+    return next((area for area, image in sorted(free, key=lambda one: one[1] is None)), None)
+
+
+def _is_picture(image: bpy.types.Image) -> bool:
+    return (own_images.title_of(image) or "").startswith(NAME)
+
+
+def _open() -> None:
+    """Blender's timer: the picture that waits, in the render's window."""
+    image = bpy.data.images.get(_waiting.pop()) if _waiting else None
+    if image is not None:
+        _put(_render_editor(bpy.context) or _new_editor(bpy.context), image)
+
+
+def _temporary_editor(context: bpy.types.Context) -> bpy.types.Area | None:
+    areas = [w.screen.areas[0] for w in context.window_manager.windows if w.screen.is_temporary and len(w.screen.areas)]
+    return next((area for area in areas if area.type == "IMAGE_EDITOR"), None)
+
+
+def _render_editor(context: bpy.types.Context) -> bpy.types.Area | None:
+    """The editor of the window for renders, raised, or opened if there is none; None where Blender would show a render elsewhere."""
+    main = next((window for window in context.window_manager.windows if not window.screen.is_temporary), None)
+    with _renders_in_a_window(context.preferences), context.temp_override(window=main):
+        bpy.ops.render.view_show("INVOKE_DEFAULT")
+    return _temporary_editor(context)
+
+
+@contextmanager
+def _renders_in_a_window(preferences: bpy.types.Preferences) -> Iterator[None]:
+    """While this lasts renders are shown in a window of their own; the user's preferences are as they were afterwards."""
+    kept, was_dirty = preferences.view.render_display_type, preferences.is_dirty
+    preferences.view.render_display_type = "WINDOW"
+    try:
+        yield
+    finally:
+        preferences.view.render_display_type, preferences.is_dirty = kept, was_dirty
+
+
+def _new_editor(context: bpy.types.Context) -> bpy.types.Area:
     before = set(context.window_manager.windows)
     with context.temp_override(window=context.window_manager.windows[0]):
         bpy.ops.wm.window_new()

@@ -12,9 +12,10 @@ def find(title: str) -> bpy.types.Image | None:
     return next((image for image in bpy.data.images if image.library is None and _is_ours(image, title)), None)
 
 
-def is_made(image: bpy.types.Image | None) -> bool:
-    """Whether this extension has made the image, under whatever title."""
-    return image is not None and image.get(MARK) is not None
+def title_of(image: bpy.types.Image) -> str | None:
+    """The title that this extension has made the image under; None for another's image."""
+    mark = image.get(MARK)
+    return None if mark is None else mark["title"]
 
 
 def make(title: str, width: int, height: int, **options: bool) -> bpy.types.Image:

@@ -1,6 +1,7 @@
 """The settings stored with a scene: `scene.cad_shadow`. Declarations only, made from `options.OPTIONS`; no default is written here.
 
-An optional number X has a switch `use_X` beside it: off means automatic.
+An optional number X has a switch `use_X` beside it: off means automatic. Every one has areas drawn again when it is set, also when a
+script or an operator sets it; without an `update` Blender does so only for what is set in the window.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from .option import Option
 from .options import OPTIONS, with_options
 from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
 from .pipeline.settings import Settings
+from .redraw import on_change
 from .sun_properties import CadShadowSun
 
 SETTINGS_VERSION = 1
@@ -29,10 +31,12 @@ LIGHT_SOURCES = (
     (
         "AUTOMATIC",
         "Automatic",
-        "The scene's strongest sun, else its first spot or point light that reaches the model, else a sun from the upper left of the view",
+        "The scene's strongest sun, else its first spot or point light that reaches the model, else a sun from the upper left that stands "
+        "in the world",
     ),
     ("OBJECT", "Light Object", "The light object chosen below"),
     ("DIRECTION", "Direction", "A sun in the direction given below"),
+    ("VIEW", "Follows the View", "A sun from the upper left of the view that turns with it, like a lamp on the camera"),
 )
 
 
@@ -78,7 +82,8 @@ def _annotations() -> dict[str, object]:
     """One Blender property per option, and the switch of each optional one."""
     made: dict[str, object] = {}
     for option in OPTIONS:
-        words = {"name": option.label, "description": option.text, "options": {"ANIMATABLE"} if option.kind != "choice" else set()}
+        options = {"ANIMATABLE"} if option.kind != "choice" else set()
+        words = {"name": option.label, "description": option.text, "options": options, "update": on_change}
         made[option.name] = _MAKERS[option.kind](option, words)
         if option.is_optional:
             made["use_" + option.name] = BoolProperty(
@@ -86,6 +91,7 @@ def _annotations() -> dict[str, object]:
                 description=f"Set by hand instead of automatically: {option.text}",
                 default=option.default is not None,
                 options=set(),
+                update=on_change,
             )
     return made
 
@@ -107,10 +113,17 @@ class CadShadowSettings(bpy.types.PropertyGroup):
             min=0.0,
             max=pi,
             options=set(),
+            update=on_change,
         ),
-        "light_source": EnumProperty(name="Light", description="Which light casts the shadows", items=LIGHT_SOURCES, options=set()),
+        "light_source": EnumProperty(
+            name="Light", description="Which light casts the shadows", items=LIGHT_SOURCES, options=set(), update=on_change
+        ),
         "light": PointerProperty(
-            name="Light Object", description="The sun, spot or point light that casts the shadows", type=bpy.types.Object, poll=_is_light
+            name="Light Object",
+            description="The sun, spot or point light that casts the shadows",
+            type=bpy.types.Object,
+            poll=_is_light,
+            update=on_change,
         ),
         "light_direction": FloatVectorProperty(
             name="Light Direction",
@@ -120,6 +133,7 @@ class CadShadowSettings(bpy.types.PropertyGroup):
             default=(-1.0, -1.0, 2.0),
             soft_min=-1.0,
             soft_max=1.0,
+            update=on_change,
         ),
         "sun": PointerProperty(name="Sun", description="Place and time of the scene's sun", type=CadShadowSun),
     }

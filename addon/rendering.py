@@ -31,7 +31,8 @@ class Request:
     """What a caller of `render` wants of the engine; the engine fills in `outcome` or `error`.
 
     None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
-    `lens` changes whatever camera it is. With `reads_only` the engine notes the `job` and draws nothing.
+    `lens` changes whatever camera it is. `is_drawing`: the camera is a standard view, to be lit as drawings are. With `reads_only` the
+    engine notes the `job` and draws nothing.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Request:
     lens: Lens = Lens()
     size: tuple[int, int] | None = None
     warnings: tuple[str, ...] = ()
+    is_drawing: bool = False
     reads_only: bool = False
     job: Job | None = field(default=None, init=False)
     outcome: Outcome | None = field(default=None, init=False)

@@ -9,6 +9,8 @@ import numpy as np
 from bpy.app.handlers import persistent
 
 from . import sources
+from .changes import stamp_of
+from .errors import UserError
 from .job import Outcome, libraries_ready, stop_worker
 
 if TYPE_CHECKING:
@@ -16,14 +18,14 @@ if TYPE_CHECKING:
 
 LOAD_AFTER_S = 1.0
 
-_outcomes: list[Outcome] = []
+_outcomes: list[tuple[Outcome, tuple]] = []
 _impostors: list[tuple[tuple[ImpostorReport, ...], np.ndarray]] = []
 _advice: list[dict[str, object]] = []
 
 
-def remember(outcome: Outcome) -> None:
-    """Keep `outcome` as the last one; callable from any thread."""
-    _outcomes[:] = [outcome]
+def remember(outcome: Outcome, scene: bpy.types.Scene) -> None:
+    """Keep `outcome` as the last one, made of Blender's `scene` as it is; callable from any thread."""
+    _outcomes[:] = [(outcome, stamp_of(scene))]
     remember_impostors(outcome)
 
 
@@ -49,7 +51,18 @@ def impostor_origin() -> np.ndarray:
 
 def last() -> Outcome | None:
     """The last outcome, or None when nothing was rendered since the file was opened."""
-    return _outcomes[0] if _outcomes else None
+    return _outcomes[0][0] if _outcomes else None
+
+
+def is_last_current(scene: bpy.types.Scene) -> bool:
+    """Whether the last outcome is of this scene, its light and its settings as they are now. (The view may be another one.)"""
+    if not _outcomes:
+        return False
+    outcome, stamp = _outcomes[0]
+    try:
+        return stamp == stamp_of(scene) and outcome.job.settings == sources.settings_of(scene)
+    except UserError:  # settings that no picture can be made with
+        return False
 
 
 def remember_advice(report: dict[str, object]) -> None:

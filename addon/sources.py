@@ -10,7 +10,7 @@ from math import inf
 
 import bpy
 
-from .default_view import default_sun
+from .default_view import default_sun, world_sun
 from .errors import SceneError
 from .impostors import choice_of
 from .job import ENGINE_PASSES, Job, on_worker
@@ -24,8 +24,8 @@ from .snapshot import Collected, SceneReader, camera_from_object, camera_from_re
 from .views import sun_from
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
-FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left of the view is used. Choose that light under Light to use it."
-NO_LIGHT = "There is no light: a sun from the upper left of the view is used."
+FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left is used. Choose that light under Light to use it."
+NO_LIGHT = "There is no light: a sun from the upper left is used."
 SLICE_S = 0.04  # of fetching new meshes, between two events of the window
 
 _render_reader = SceneReader()
@@ -124,7 +124,7 @@ class ViewReading:
         scene = self.scene(context)
         camera, size, camera_warnings = _view_camera(context, scene)
         light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
-        settings = _with_film(settings_from(context.scene.cad_shadow), context.scene)
+        settings = settings_of(context.scene)
         scene, camera, light = based_near(scene, camera, light)
         return Job(
             bpy.data.filepath or "unsaved scene",
@@ -199,7 +199,7 @@ class LiveScene:
             return None
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = _light(depsgraph.scene.cad_shadow, self._scene, camera)
-        settings = _with_film(settings_from(depsgraph.scene.cad_shadow), depsgraph.scene)
+        settings = settings_of(depsgraph.scene)
         self._scene, camera, light = based_near(self._scene, camera, light)
         impostors = choice_of(self._scene, settings.impostor)
         return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False, impostors=impostors)
@@ -247,9 +247,14 @@ def _scene_camera(
 
 
 def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request: Request | None = None) -> tuple[Light, tuple[str, ...]]:
-    """The one light that casts shadows, and a warning when it had to be made up or others are left out."""
+    """The one light that casts shadows, and a warning when it had to be made up or others are left out.
+
+    One that is made up stands in the world. Only the standard views, which are drawings rather than places, have one each.
+    """
     if request is not None and request.light is not None:
         return request.light(scene, camera), ()
+    if props.light_source == "VIEW":
+        return default_sun(camera), ()
     if props.light_source == "DIRECTION":
         return sun_from(tuple(props.light_direction)), ()
     if props.light_source == "OBJECT":
@@ -257,12 +262,16 @@ def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request
             raise SceneError("No light object is chosen: choose one in the Light panel, or set Light to Automatic.")
         return choose_light(scene.lights, props.light.name), ()
     light = choose_light([one for one in scene.lights if reaches(one, scene.bounds_ws())])
-    if light is None and scene.lights:
-        return default_sun(camera), (FAINT_LIGHT.format(scene.lights[0].name),)
     if light is None:
-        return default_sun(camera), (NO_LIGHT,)
+        sun = default_sun(camera) if request is not None and request.is_drawing else world_sun()
+        return sun, (FAINT_LIGHT.format(scene.lights[0].name) if scene.lights else NO_LIGHT,)
     others = len(scene.lights) - 1
     return light, ((f"'{light.name}' casts the shadows; {others} other light{'s' * (others > 1)} left out.",) if others else ())
+
+
+def settings_of(blender_scene: bpy.types.Scene) -> Settings:
+    """The settings that pictures of this scene are made with. Raises `SettingsError`."""
+    return _with_film(settings_from(blender_scene.cad_shadow), blender_scene)
 
 
 def _with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:

@@ -10,11 +10,14 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty
 
 from .errors import SettingsError
 from .maths.sun_position import Clock, Place, nautical_offset_h
+from .redraw import on_change
 from .sun_study import DEFAULT_STEPS
 
 
 def _hours(name: str, description: str, default: float) -> object:
-    return FloatProperty(name=name, description=description, default=default, min=0.0, max=24.0, step=25, precision=2, options=set())
+    return FloatProperty(
+        name=name, description=description, default=default, min=0.0, max=24.0, step=25, precision=2, options=set(), update=on_change
+    )
 
 
 class CadShadowSun(bpy.types.PropertyGroup):
@@ -28,6 +31,7 @@ class CadShadowSun(bpy.types.PropertyGroup):
         max=90.0,
         precision=4,
         options=set(),
+        update=on_change,
     )
     longitude: FloatProperty(
         name="Longitude",
@@ -37,6 +41,7 @@ class CadShadowSun(bpy.types.PropertyGroup):
         max=180.0,
         precision=4,
         options=set(),
+        update=on_change,
     )
     north_offset: FloatProperty(
         name="North Offset",
@@ -46,15 +51,17 @@ class CadShadowSun(bpy.types.PropertyGroup):
         soft_min=-pi,
         soft_max=pi,
         options=set(),
+        update=on_change,
     )
-    year: IntProperty(name="Year", description="Year of the date", default=2026, min=1, max=4000, options=set())
-    month: IntProperty(name="Month", description="Month of the date", default=6, min=1, max=12, options=set())
-    day: IntProperty(name="Day", description="Day of the month", default=21, min=1, max=31, options=set())
+    year: IntProperty(name="Year", description="Year of the date", default=2026, min=1, max=4000, options=set(), update=on_change)
+    month: IntProperty(name="Month", description="Month of the date", default=6, min=1, max=12, options=set(), update=on_change)
+    day: IntProperty(name="Day", description="Day of the month", default=21, min=1, max=31, options=set(), update=on_change)
     hours: _hours("Time", "Time of the day in hours: 13.5 is half past one", 12.0)
     use_utc_offset: BoolProperty(
         name="Set UTC Offset",
         description="Set the clock's distance from universal time by hand; off: the time zone that the longitude suggests, no summer time",
         options=set(),
+        update=on_change,
     )
     utc_offset: FloatProperty(
         name="UTC Offset",
@@ -65,14 +72,25 @@ class CadShadowSun(bpy.types.PropertyGroup):
         step=50,
         precision=2,
         options=set(),
+        update=on_change,
     )
     use_hours: BoolProperty(
-        name="Set Hours", description="Choose the hours of the study and the animation; off: from sunrise to sunset", options=set()
+        name="Set Hours",
+        description="Choose the hours of the study and the animation; off: from sunrise to sunset",
+        options=set(),
+        update=on_change,
     )
     start: _hours("From", "First hour of the study and the animation", 8.0)
     end: _hours("To", "Last hour of the study and the animation", 18.0)
     steps: IntProperty(
-        name="Pictures", description="Pictures of the sun study", default=DEFAULT_STEPS, min=1, soft_max=48, max=400, options=set()
+        name="Pictures",
+        description="Pictures of the sun study",
+        default=DEFAULT_STEPS,
+        min=1,
+        soft_max=48,
+        max=400,
+        options=set(),
+        update=on_change,
     )
 
 

@@ -83,12 +83,19 @@ class LiveView:
         if not self._is_waiting:
             self._look(context, depsgraph)
         engine.update_stats("", self.message)
-        self.region = context.region.as_pointer()
+        self._take_place(context.region.as_pointer())
         self._is_drawn_late = self._shows[0] != "shaded" and not leaves_colours(depsgraph.scene)
         if not self._is_drawn_late:
             engine.bind_display_space_shader(depsgraph.scene)
             self._draw_texture("ALPHA_PREMULT", (0, 0), context.region.width, context.region.height)
             engine.unbind_display_space_shader()
+
+    def _take_place(self, region: int) -> None:
+        """This view is what the region shows. Another one there is of an engine object that Blender has dropped, but Python not yet."""
+        self.region = region
+        for other in list(_views):
+            if other is not self and other.region == region:
+                other.close()
 
     def _look(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Ask for the picture of this view. Where there can be none (an emptied scene), nothing is shown but the reason."""

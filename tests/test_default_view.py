@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.default_view import MARGIN, VIEWS, camera_for_view, camera_from_eye, default_sun, outline_points
+from addon.default_view import MARGIN, VIEWS, camera_for_view, camera_from_eye, default_sun, outline_points, world_sun
 from addon.errors import SettingsError
 from tests import scenes
 
@@ -88,3 +88,8 @@ def test_the_default_sun_stands_to_the_upper_left_and_above_the_horizon(name):
     if name not in ("top", "bottom"):
         x, y, _ = camera.view_from_world[:3, :3] @ light.direction_ws
         assert x < 0 < y
+
+
+def test_the_sun_that_stands_in_the_world_is_that_of_the_isometric_view():
+    camera = camera_for_view(scenes.scene_of(scenes.box((2, -3, 1), (9, 1, 2))), (64, 64), "iso")
+    assert np.allclose(world_sun().direction_ws, default_sun(camera).direction_ws, atol=1e-12)

@@ -16,7 +16,7 @@ from .. import image_editor, session, sources
 from ..errors import Cancelled, UserError
 from ..job import Cancels, Outcome, Pending, Progress
 from ..redraw import redraw
-from .ticking import Ticking
+from .ticking import Ticking, takes_operators
 
 if TYPE_CHECKING:
     import numpy as np
@@ -197,7 +197,7 @@ class JobOperator(Ticking, NeedsMeshes):
 
     def take(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Use what `start` asked for."""
-        session.remember(outcome)
+        session.remember(outcome, context.scene)
         for warning in outcome.report["warnings"]:
             self.report({"WARNING"}, warning)
         self.finish(context, outcome)
@@ -212,8 +212,8 @@ class JobOperator(Ticking, NeedsMeshes):
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Start rendering and return to the window at once."""
-        if context.window is None:
-            return self.execute(context)
+        if not takes_operators(context.window):
+            return JobOperator.execute(self, context)
         try:
             self._pending = self.start(context)
         except UserError as error:

@@ -9,7 +9,7 @@ import numpy as np
 from bpy_extras.io_utils import ImportHelper
 from mathutils import Matrix
 
-from .. import cad_files
+from .. import cad_files, clip_range
 from ..cad_files.sniff import SUFFIXES
 from ..cad_files.units import METRES_PER_UNIT, UPS
 from ..cad_import import to_blender
@@ -143,8 +143,7 @@ def _show(context: bpy.types.Context, bounds: list[np.ndarray]) -> None:
     size = float(np.linalg.norm(high - low))
     for area in context.window.screen.areas:
         if area.type == "VIEW_3D":
-            space = area.spaces.active
-            space.clip_end, space.clip_start = max(space.clip_end, 20.0 * size), min(space.clip_start, max(1e-3 * size, 1e-6))
+            clip_range.fit(context.window.screen, area.spaces.active, size)
             region = next(r for r in area.regions if r.type == "WINDOW")
             with context.temp_override(area=area, region=region):
                 bpy.ops.view3d.view_selected()

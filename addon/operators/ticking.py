@@ -13,6 +13,20 @@ def end_all(context: bpy.types.Context) -> None:
         operator.cancel(context)
 
 
+def takes_operators(window: bpy.types.Window | None) -> bool:
+    """Whether an operator may go on in this window.
+
+    One whose class was unregistered keeps its empty place in the window's list until the next event there, and Blender crashes when
+    another operator is put into the list before.
+    """
+    if window is None:
+        return False
+    try:
+        return all(operator.bl_idname for operator in window.modal_operators)
+    except ValueError:  # such an empty place
+        return False
+
+
 class Ticking:
     """Mix-in of a modal operator: `tick(context)` gives the result when all is over, None before; `give_up(context)` ends it early."""
 
@@ -49,6 +63,9 @@ class Ticking:
         self._release(context)
 
     def _release(self, context: bpy.types.Context) -> None:
+        """Once, whatever Blender calls afterwards."""
+        if self not in _running:
+            return
         _running.remove(self)
         context.window_manager.progress_end()
         context.window_manager.event_timer_remove(self._timer)

@@ -57,7 +57,7 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
         if proposal is not None:
             paragraph(layout, context, f"{_name(proposal)}, {_maps(proposal)}", "CHECKMARK")
             then, now = proposal["rendered"], advice["current"]["rendered"]
-            layout.label(text=f"m 95 %: {number(then['m_p95'])}, now {number(now['m_p95'])}", icon="BLANK1")
+            layout.label(text=f"m 95 %: {number(then['m_p95'])}, before {number(now['m_p95'])}", icon="BLANK1")
             layout.label(text=f"A picture takes {duration(then['total_ms'])}", icon="BLANK1")
             layout.operator("cad_shadow.apply_advice", text="Apply", icon="IMPORT")
         for note in advice["notes"]:
@@ -66,7 +66,7 @@ class CAD_SHADOW_PT_sidebar_advice(bpy.types.Panel):
         paragraph(box, context, "Measured; m is the error of 95 % and of 99 % of the pixels")
         for row in advice["table"][:MOST_ROWS]:
             _draw_row(box, context, row)
-        box.label(text="Now:")
+        box.label(text="Before:")
         _draw_row(box, context, advice["current"], "RADIOBUT_ON")
 
 

@@ -63,6 +63,9 @@ MEANINGS = (
 )
 
 
+OLD = "From before a change of the scene or its settings: Analyse CAD Shadows makes the numbers anew"
+
+
 class CAD_SHADOW_PT_sidebar_quality_words(bpy.types.Panel):
     """What the numbers of the panel Quality mean."""
 
@@ -94,6 +97,8 @@ class CAD_SHADOW_PT_sidebar_quality(bpy.types.Panel):
         if outcome is None:
             paragraph(layout, context, "Press CAD Shadow Preview or Analyse: the numbers of its shadows are listed here", "INFO")
             return
+        if not session.is_last_current(context.scene):
+            paragraph(layout, context, OLD, "INFO")
         layout.prop(context.window_manager, "cad_shadow_graph", icon="FCURVE", toggle=True)
         report = outcome.report
         column = layout.column(align=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import bpy
 
 from ..combinations import applies, unsuited
+from ..light_kind import light_type
 from ..options import BY_NAME
 from ..properties import seam_count
 from .compatible import ENGINE
@@ -37,17 +38,6 @@ def draw_option(layout: bpy.types.UILayout, props: bpy.types.PropertyGroup, name
         value.prop(props, name, text="")
     else:
         layout.prop(props, name)
-
-
-def light_type(context: bpy.types.Context) -> str | None:
-    """Blender's type of the light that will cast the shadows, as `sources` chooses it; None where one has to be made up."""
-    props = context.scene.cad_shadow
-    if props.light_source == "DIRECTION":
-        return "SUN"
-    if props.light_source == "OBJECT":
-        return props.light.data.type if props.light else None
-    found = {o.data.type for o in context.scene.objects if o.type == "LIGHT" and not o.hide_render}
-    return next((kind for kind in ("SUN", "SPOT", "POINT") if kind in found), None)
 
 
 def draw_choice(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], None]:

@@ -15,6 +15,7 @@ from bl_ui.utils import PresetPanel
 from ..errors import SettingsError
 from ..option import Option
 from ..options import OPTIONS
+from ..redraw import redraw
 
 SUBDIR = "cad_shadow_preview"
 SEARCH_PATH = Path(__file__).resolve().parents[1]  # Blender looks for `presets/SUBDIR` below it
@@ -34,9 +35,10 @@ def folders() -> list[str]:
 
 
 def reset(props: bpy.types.PropertyGroup) -> None:
-    """Everything that a preset may hold back to its default."""
+    """Everything that a preset may hold back to its default. Unlike setting a value, unsetting it tells nobody."""
     for name in HELD:
         props.property_unset(name)
+    redraw(bpy.context)
 
 
 def files() -> dict[str, Path]:

@@ -2,6 +2,7 @@
 
 import importlib
 
+import numpy as np
 import pytest
 
 
@@ -99,3 +100,63 @@ def test_the_light_asked_about_is_the_one_that_casts(blend, room):
     assert light_type(blend.context) == "POINT"
     props.light_source = "DIRECTION"
     assert light_type(blend.context) == "SUN"
+
+
+def far_box(blend, half):
+    """A box of that half size around the origin."""
+    blend.ops.mesh.primitive_cube_add(size=2 * half)
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT"])
+def test_panels_speak_of_the_light_that_is_used_and_not_of_one_that_hardly_reaches_the_model(blend, room, kind):
+    """Blender's start-up lamp, after a plant was imported: a sun takes its place."""
+    add_light(blend, kind)
+    blend.context.object.data.energy, light_type = 1000.0, room("panels.settings").light_type
+    far_box(blend, 1.0)
+    assert light_type(blend.context) == kind and offered(blend, room, "partition")[1].menus
+    far_box(blend, 100.0)
+    assert light_type(blend.context) is None
+    keys, drawn = offered(blend, room, "partition")
+    assert keys == [item[0] for item in room("options").BY_NAME["partition"].items] and not drawn.texts
+    blend.context.object.scale = (0.01, 0.01, 0.01)
+    blend.context.view_layer.update()
+    assert light_type(blend.context) == kind
+
+
+def test_panels_and_pictures_choose_the_same_kind_of_light(cube_scene, blend, room):
+    """Over lamps, models and choices."""
+    props, rng, seen = cube_scene.cad_shadow, np.random.default_rng(3), set()
+    blend.data.objects.remove(blend.data.objects["Sun"])
+    lamps = {}
+    for kind in ("POINT", "SPOT", "AREA", "SUN"):
+        blend.ops.object.light_add(type=kind)
+        lamps[kind] = blend.context.object
+    for source in ("AUTOMATIC", "AUTOMATIC", "AUTOMATIC", "AUTOMATIC", "VIEW", "DIRECTION", "OBJECT"):
+        for _ in range(6):
+            props.light_source, props.light = source, lamps["POINT"]
+            cube_scene.objects["Cube"].location.x = 10.0 ** rng.uniform(0, 3)
+            for kind, lamp in lamps.items():
+                lamp.hide_render = lamp.hide_viewport = bool(rng.random() < (0.8 if kind == "SUN" else 0.4)) and source != "OBJECT"
+                lamp.location = rng.uniform(-3, 3, 3)
+                lamp.data.energy = 10.0 ** rng.uniform(1, 5)
+            blend.context.view_layer.update()
+            used = room("sources").job_for_view(blend.context).light
+            shown = room("panels.settings").light_type(blend.context)
+            assert used.kind.upper() == (shown or "SUN")
+            assert (shown is None) == (used.name == "default sun" and source == "AUTOMATIC")
+            seen.add((source, used.kind, shown))
+    assert len(seen) >= 6
+
+
+def test_a_large_scene_is_judged_by_a_sample(blend, room):
+    kinds = room("light_kind")
+    mesh = blend.data.meshes.new("point")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    for i in range(4 * kinds.SAMPLED):
+        ob = blend.data.objects.new("part", mesh)
+        ob.location.x = 0.1 * i
+        blend.context.collection.objects.link(ob)
+    blend.context.view_layer.update()
+    bounds = kinds._bounds(list(blend.context.view_layer.objects))
+    assert np.allclose(bounds, [[0, 0, 0], [0.4 * kinds.SAMPLED, 1, 0]], atol=1.5)
+    assert len(kinds._spread(list(blend.data.objects))) == kinds.SAMPLED

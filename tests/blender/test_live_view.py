@@ -184,3 +184,19 @@ def test_the_coarse_picture_of_a_view_stays_when_its_fine_one_fails(room, viewpo
     viewport.asked[-1].error = room("errors").GpuError("Too large: lower it.")
     finish(room, viewport, live, field(room, 4))
     assert shown(live) == 4 and "Too large" in live.message
+
+
+def test_a_view_whose_engine_blender_has_dropped_is_not_taken_for_the_one_that_is_shown(room, viewport, live):
+    """Rendered shading left and chosen again: the old engine object may live on for a while."""
+    region = SimpleNamespace(as_pointer=lambda: 4711)
+    live._take_place(4711)
+    draw(room, live, field(room, 3))
+    finish(room, viewport, live, field(room, 3))
+    newer = viewport.LiveView()
+    newer._take_place(4711)
+    assert viewport.live_view_in(region) is newer and shown(live) is None
+    elsewhere = viewport.LiveView()
+    elsewhere._take_place(815)
+    assert viewport.live_view_in(region) is newer
+    for view in (newer, elsewhere):
+        view.close()

@@ -177,3 +177,61 @@ def test_another_file_forgets_the_last_report(cube_scene, blend, room):
     assert room("session").last() is not None
     blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert room("session").last() is None
+
+
+CHANGES = {
+    "a setting": lambda bpy, scene: setattr(scene.cad_shadow, "map_size", 64),
+    "a preset": lambda bpy, scene: bpy.ops.script.execute_preset(filepath=_preset("fast"), menu_idname="CAD_SHADOW_PT_presets"),
+    "another light": lambda bpy, scene: setattr(scene.cad_shadow, "light_source", "VIEW"),
+    "a moved object": lambda bpy, scene: setattr(scene.objects["Cube"], "location", (1.0, 0.0, 1.0)),
+    "a deleted object": lambda bpy, scene: bpy.data.objects.remove(scene.objects["Cube"]),
+    "a new object": lambda bpy, scene: bpy.ops.mesh.primitive_cube_add(),
+    "a brighter light": lambda bpy, scene: setattr(scene.objects["Sun"].data, "energy", 9.0),
+    "a hidden object": lambda bpy, scene: setattr(scene.objects["Cube"], "hide_render", True),
+}
+MADE_BY = {
+    "analyse": lambda bpy, api: bpy.ops.cad_shadow.analyse(),
+    "F12": lambda bpy, api: bpy.ops.render.render(),
+    "a script": lambda bpy, api: api.preview(),
+}
+
+
+def _preset(name):
+    import importlib
+
+    return str(importlib.import_module("bl_ext.user_default.cad_shadow_preview.addon.presets").files()[name])
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_the_quality_panel_says_when_its_numbers_are_from_before_a_change(cube_scene, blend, room, change):
+    blend.context.view_layer.update()
+    blend.ops.cad_shadow.analyse()
+    session = room("session")
+    assert session.is_last_current(cube_scene)
+    CHANGES[change](blend, cube_scene)
+    blend.context.view_layer.update()
+    assert not session.is_last_current(cube_scene)
+    blend.ops.cad_shadow.analyse() if "deleted" not in change else blend.ops.cad_shadow.preview()
+    assert session.is_last_current(cube_scene)
+
+
+@pytest.mark.parametrize("made_by", MADE_BY)
+def test_numbers_are_of_the_present_whoever_made_them_and_selecting_or_looking_changes_nothing(cube_scene, blend, api, room, made_by):
+    blend.context.view_layer.update()
+    MADE_BY[made_by](blend, api)
+    session = room("session")
+    assert session.is_last_current(cube_scene)
+    blend.ops.object.select_all(action="SELECT")
+    blend.context.view_layer.update()
+    assert session.is_last_current(cube_scene)
+    other = blend.data.scenes.new("Another")
+    assert not session.is_last_current(other)
+
+
+def test_a_setting_put_back_makes_the_numbers_those_of_the_present_again(cube_scene, blend, room):
+    blend.context.view_layer.update()
+    blend.ops.cad_shadow.analyse()
+    for samples, expected in (("16", False), ("4", True)):
+        cube_scene.cad_shadow.samples = samples
+        blend.context.view_layer.update()
+        assert room("session").is_last_current(cube_scene) is expected

@@ -130,3 +130,31 @@ def test_saved_settings_carry_their_version(blend, tmp_path, modules):
     blend.ops.wm.open_mainfile(filepath=path)
     props = blend.context.scene.cad_shadow
     assert (props.partitions, props.settings_version) == (3, modules["properties"].SETTINGS_VERSION)
+
+
+def groups(blend):
+    """The settings of the scene and those of its sun."""
+    return blend.context.scene.cad_shadow, blend.context.scene.cad_shadow.sun
+
+
+def test_setting_any_property_from_python_has_the_areas_drawn_again(blend, room, monkeypatch):
+    """Blender tells nobody of what a script, an operator or a preset sets, unless the property has an update of its own."""
+    drawn, silent = [], []
+    monkeypatch.setattr(room("redraw"), "redraw", drawn.append)
+    for group in groups(blend):
+        for prop in group.bl_rna.properties:
+            if prop.identifier in ("rna_type", "name", "sun", "settings_version"):
+                continue
+            drawn.clear()
+            setattr(group, prop.identifier, getattr(group, prop.identifier))
+            if not drawn:
+                silent.append(prop.identifier)
+    assert silent == []
+
+
+@pytest.mark.parametrize("name", ["balanced", "fast"])
+def test_a_preset_has_the_areas_drawn_again_also_where_it_only_goes_back_to_defaults(blend, room, monkeypatch, name):
+    drawn, presets = [], room("presets")
+    monkeypatch.setattr(presets, "redraw", drawn.append)
+    presets.apply(blend.context.scene, name)
+    assert drawn

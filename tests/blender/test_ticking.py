@@ -144,3 +144,18 @@ def test_a_comparison_given_up_while_it_traces_gives_no_result(cube_scene, room)
 
     with pytest.raises(room("errors").Cancelled):
         room("operators.compare").compared(job, say, is_given_up.is_set)
+
+
+class Dropped:
+    """An operator whose class was unregistered while it was at work."""
+
+    @property
+    def bl_idname(self):
+        raise ValueError("could not be resolved")
+
+
+@pytest.mark.parametrize(("modal", "takes"), [([], True), ([SimpleNamespace(bl_idname="X_OT_y")], True), ([Dropped()], False)])
+def test_no_operator_goes_on_in_a_window_that_would_crash(room, modal, takes):
+    takes_operators = room("operators.ticking").takes_operators
+    assert takes_operators(SimpleNamespace(modal_operators=modal)) is takes
+    assert not takes_operators(None)

@@ -51,13 +51,23 @@ def redraw() -> None:
             area.tag_redraw()
 
 
+def load() -> float:
+    """How many wait for each processor, at least 1, as the host last wrote it: the chroot has no /proc to look it up."""
+    try:
+        return max(float((OUT / "load").read_text()), 1.0)
+    except (FileNotFoundError, ValueError):
+        return 1.0
+
+
 def until(condition: Callable[[], object], what: str, seconds: float = 120) -> Generator:
-    """Wait until the condition holds; TimeoutError saying what was waited for."""
-    end = time.monotonic() + seconds
+    """Wait until the condition holds; TimeoutError saying what was waited for. Seconds are those of a machine with nothing else to do."""
+    left, last = seconds, time.monotonic()
     while not condition():
-        if time.monotonic() > end:
+        if left < 0.0:
             raise TimeoutError(f"waited {seconds} s for: {what}")
         yield 0.05
+        now = time.monotonic()
+        left, last = left - (now - last) / load(), now
 
 
 def settle(seconds: float = 0.3) -> Generator:

@@ -37,7 +37,7 @@ class Calls:
         places += [(ticking.Ticking, "modal"), (ticking.Ticking, "begin"), (background.PendingView, "__init__")]
         self.ms: dict[str, list[tuple[float, float]]] = {}
         self._not_ours = np.zeros(2)
-        self._undo = [(owner, name, getattr(owner, name)) for owner, name in [*places, (addon("image_editor"), "_new_window")]]
+        self._undo = [(owner, name, getattr(owner, name)) for owner, name in [*places, (addon("image_editor"), "_open")]]
         for owner, name, function in self._undo[:-1]:
             setattr(owner, name, self._timed(f"{owner.__name__}.{name}", function))
         owner, name, function = self._undo[-1]

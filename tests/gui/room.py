@@ -2,9 +2,11 @@
 
 import importlib
 from collections.abc import Generator
+from contextlib import suppress
+from pathlib import Path
 
 import bpy
-from harness import region, settle, until, view, window
+from harness import box_of, changed_share, hover, picture, redraw, region, settle, until, view, window
 
 MODULE = "bl_ext.user_default.cad_shadow_preview"
 TAB = "CAD Shadow"
@@ -106,3 +108,88 @@ def wait_for_picture() -> Generator:
     yield from settle(0.3)
     yield from until(is_fine, "the live view's fine picture")
     yield from settle(0.3)
+
+
+def write_box(path: Path, size: float) -> None:
+    """A box of that size in metres as .obj, away from the origin."""
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    faces = ((1, 2, 4, 3), (5, 7, 8, 6), (1, 5, 6, 2), (3, 4, 8, 7), (1, 3, 7, 5), (2, 6, 8, 4))
+    lines = [f"v {size * x} {size * y} {size * (z + 2)}" for x, y, z in corners]
+    path.write_text("\n".join([*lines, *("f " + " ".join(map(str, face)) for face in faces)]) + "\n")
+
+
+def called() -> list[str]:
+    """The extension's operators that Blender calls at every event, in any window."""
+    names = []
+    for one in [operator for w in bpy.context.window_manager.windows for operator in w.modal_operators]:
+        with suppress(ValueError):  # of a class that was unregistered: Blender has yet to drop its place in the list
+            names.append(one.bl_idname)
+    return [name for name in names if "CAD_SHADOW" in name]
+
+
+def working() -> list[str]:
+    """Those, and the ones that have not been ended."""
+    return called() + [type(operator).__name__ for operator in addon("operators.ticking")._running]
+
+
+def command(name: str, **options: object) -> Generator:
+    """Call an operator as its button does, and wait until it has ended."""
+    with here():
+        getattr(bpy.ops.cad_shadow, name)("INVOKE_DEFAULT", **options)
+    yield from until(lambda: working() == [], f"the end of {name}", 180)
+
+
+def editors() -> list[str]:
+    """What the Image Editors of all windows show, by name."""
+    areas = [area for w in bpy.context.window_manager.windows for area in w.screen.areas if area.ui_type == "IMAGE_EDITOR"]
+    return [area.spaces.active.image.name for area in areas if area.spaces.active.image is not None]
+
+
+def live_view() -> object:
+    """The one live view that is on the screen."""
+    shown = region("WINDOW").as_pointer()
+    return next(live for live in addon("viewport")._views if live.region == shown)
+
+
+def live_key() -> tuple | None:
+    """What the picture that the live view shows was made of, as `Job.key` has it; None while it shows none, or a coarse one."""
+    shown = live_view()._shown
+    return shown.key if shown is not None and shown.coarseness == 1 and live_view()._image is not None else None
+
+
+def present_job() -> object:
+    """The job of the viewport as everything is now, read anew."""
+    with here():
+        return addon("sources").job_for_view(bpy.context)
+
+
+def click_away() -> Generator:
+    """The mouse where it changes nothing: over the middle of the viewport."""
+    x, y, width, height = canvas()
+    yield from hover(x + width / 2, y + height / 2)
+
+
+def panels() -> list[tuple[int, int, int, int]]:
+    """The boxes of what shows settings: the sidebar and the properties editor."""
+    properties = next(area for area in window().screen.areas if area.type == "PROPERTIES")
+    return [box_of(region("UI")), box_of(region("WINDOW", properties))]
+
+
+def agree(after: str, is_report_current: bool | None = None) -> Generator:
+    """Wait, without having anything drawn anew, until the live view shows what is there; then the panels and the report are held to it."""
+    name = "agree_" + file_name(after).replace("-", "_")
+    yield 0.2
+    yield from until(lambda: live_key() == present_job().key, f"the live view to show the scene after {after}", 60)
+    yield 0.3
+    shown = [picture(f"{name}_{i}", box) for i, box in enumerate(panels())]
+    redraw()
+    yield 0.3
+    for i, box in enumerate(panels()):
+        assert changed_share(picture(f"{name}_{i}_redrawn", box), shown[i]) < 0.0005, f"a panel is old after {after}"
+    session, scene = addon("session"), bpy.context.scene
+    if session.last() is not None:
+        is_current = session.is_last_current(scene)
+        assert is_report_current in (None, is_current), f"after {after} the report is called {'current' if is_current else 'old'}"
+        same = session.last().job.settings == addon("sources").settings_of(scene)
+        same &= session.last().job.scene.fingerprint == present_job().scene.fingerprint
+        assert same or not is_current, f"after {after} an old report is called current"

@@ -17,6 +17,7 @@ import tempfile
 import threading
 import time
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from faces import same_from_every_face
@@ -29,6 +30,7 @@ LIMIT_S = {"tour": 1800, "stress": 3000, "held": 3000, "newcomer": 900}
 # Blender alone may take minutes for the first drawing of a million triangles.
 HANG_S = {"tour": 300, "stress": 600, "held": 600, "newcomer": 300}
 PLANT_TRIANGLES = 100_000
+ENDS_IN_S = 10  # on a machine with nothing else to do
 SETUP_LIMIT_S, TIMED_OUT = 900, 124
 NO_WINDOW_HERE = 75  # EX_TEMPFAIL: neither passed nor failed
 MODULE = "bl_ext.user_default.cad_shadow_preview"
@@ -113,18 +115,34 @@ def leave_uninstalled(chroot: Chroot, package: Path) -> None:
     write_plant(chroot.work / "out" / "plant.glb", PLANT_TRIANGLES)
 
 
-def note_memory(process: subprocess.Popen, path: Path) -> None:
-    """Write the resident bytes of a process to a file, again and again while it lives: the chroot has no /proc to look them up."""
+def load() -> float:
+    """How many processes wait for each processor."""
+    return os.getloadavg()[0] / len(os.sched_getaffinity(0))
+
+
+def take_notes(process: subprocess.Popen, folder: Path) -> None:
+    """Write the resident bytes of a process and the machine's load for each processor to files, again and again while it lives: the chroot
+    has no /proc to look them up."""
     while process.poll() is None:
         with suppress(FileNotFoundError, ProcessLookupError):
             pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
-            path.with_suffix(".new").write_text(str(pages * os.sysconf("SC_PAGE_SIZE")))
-            path.with_suffix(".new").replace(path)
+            for name, value in (("memory", pages * os.sysconf("SC_PAGE_SIZE")), ("load", load())):
+                (folder / f"{name}.new").write_text(str(value))
+                (folder / f"{name}.new").replace(folder / name)
         time.sleep(0.5)
 
 
-def drive(chroot: Chroot, script: str, steps: list[str], size: tuple[int, int]) -> tuple[int | None, str]:
-    """Blender with its window through tour.py or another of the scripts: its exit code (None when it had to be ended) and its log."""
+@dataclass(frozen=True)
+class Ending:
+    """How Blender ended: its exit code (None when it had to be ended), seconds from the last result to its end, and its log."""
+
+    code: int | None
+    seconds: float
+    log: str
+
+
+def drive(chroot: Chroot, script: str, steps: list[str], size: tuple[int, int]) -> Ending:
+    """Blender with its window through tour.py or another of the scripts."""
     for path in HERE.glob("*.py"):
         shutil.copy2(path, chroot.work / path.name)
     log = chroot.work / "out" / "blender.log"
@@ -133,24 +151,28 @@ def drive(chroot: Chroot, script: str, steps: list[str], size: tuple[int, int]) 
                "--python", chroot.inside(chroot.work / f"{script}.py"), "--", *steps]
     with log.open("w") as file:
         process = chroot.start(command, stdout=file, stderr=subprocess.STDOUT)
-        notes = threading.Thread(target=note_memory, args=(process, chroot.work / "out" / "memory"), daemon=True)
+        notes = threading.Thread(target=take_notes, args=(process, chroot.work / "out"), daemon=True)
         notes.start()
         try:
             code = process.wait(LIMIT_S[script])
         except subprocess.TimeoutExpired:
             code = None
         finally:
+            ended = time.time()
             process.kill()
             process.wait()
         notes.join()
-    return code, log.read_text(errors="replace")
+    result = chroot.work / "out" / "result.json"
+    return Ending(code, ended - result.stat().st_mtime if result.is_file() else 0.0, log.read_text(errors="replace"))
 
 
-def judge(results: list[dict], code: int | None, log: str) -> int:
+def judge(results: list[dict], ending: Ending) -> int:
     """Print every step and what else was wrong; the exit code."""
     checks = [(step["name"], step["ok"], step["error"]) for step in results]
-    checks.append(("Blender ended by itself", code == 0, f"exit code {code}"))
-    bad = sorted({line.strip() for line in log.splitlines() if BAD_LOG.search(line) and not PROVOKED.match(line.strip())})
+    checks.append(("Blender ended by itself", ending.code == 0, f"exit code {ending.code}"))
+    most = ENDS_IN_S * max(load(), 1.0)
+    checks.append((f"it ended within {ENDS_IN_S} s of being quit", ending.seconds < most, f"it took {ending.seconds:.0f} s"))
+    bad = sorted({line.strip() for line in ending.log.splitlines() if BAD_LOG.search(line) and not PROVOKED.match(line.strip())})
     checks.append(("the log is clean", not bad, "\n".join(bad[:20]) + "\n(all of it in build/gui/blender.log)"))
     for name, ok, error in checks:
         print(f"{'passed' if ok else 'FAILED'}  {name}" + ("" if ok else f"\n{error}"))
@@ -186,9 +208,9 @@ def main() -> int:
         script, steps = (options.steps[0], options.steps[1:]) if named else ("tour", options.steps)
         (leave_uninstalled if script == "newcomer" else install)(chroot, build_package(Path(folder, "home")))
         with screen(chroot, options.size):
-            code, log = drive(chroot, script, steps, options.size)
+            ending = drive(chroot, script, steps, options.size)
         folder = chroot.work / "out" / "faces"
-        has_f12 = code == 0 and (folder / "f12.exr").is_file()
+        has_f12 = ending.code == 0 and (folder / "f12.exr").is_file()
         faces = same_from_every_face(chroot.run, folder, chroot.inside(folder)) if has_f12 else []
         shutil.rmtree(output, ignore_errors=True)
         shutil.copytree(chroot.work / "out", output)
@@ -198,7 +220,7 @@ def main() -> int:
     for title in ("numbers", "held_up_ms"):
         for name, value in found.get(title, {}).items():
             print(f"{title}: {name}: {json.dumps(value, indent=1) if title == 'held_up_ms' else value}")
-    return judge(found["steps"] + faces, code, log)
+    return judge(found["steps"] + faces, ending)
 
 
 if __name__ == "__main__":

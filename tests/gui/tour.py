@@ -5,6 +5,6 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))  # its folder is known only now
-for name in ("tour_panels", "tour_live", "tour_tools", "tour_impostors"):  # importing a module takes its steps up
-    importlib.import_module(name)
+for part in ("panels", "windows", "live", "tools", "impostors", "leaving"):
+    importlib.import_module(f"tour_{part}")  # which takes its steps up
 importlib.import_module("harness").run(sys.argv[sys.argv.index("--") + 1 :])
