@@ -34,7 +34,8 @@ def worker_command(argv: list[str]) -> tuple[list[str], dict[str, str]]:
     if bpy is not None and not is_python_module(bpy.app):
         return [bpy.app.binary_path, "--command", "cad_shadow", *argv, "--worker"], dict(os.environ)
     paths = [str(EXTENSION), os.environ.get("PYTHONPATH", ""), wheels_folder()]
-    return [sys.executable, "-m", "addon", *argv, "--worker"], {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    command = [sys.executable, "-P", "-m", "addon", *argv, "--worker"]  # -P: no code from the current folder
+    return command, {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
 
 
 def wheels_folder() -> str:

@@ -10,6 +10,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+import trimesh
 
 from addon import is_python_module
 from tests.conftest import ROOT
@@ -102,3 +103,16 @@ def test_a_rendering_process_that_does_not_answer_is_left_soon():
     )
     _, seconds = left(stopped)
     assert seconds < 6.0
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="GLX")
+@pytest.mark.parametrize("is_separate", [False, True], ids=["one process", "worker processes"])
+def test_the_command_line_ends_well_where_there_is_an_x_server_but_no_egl(x_display, tmp_path, is_separate):
+    for name in ("a.stl", "b.stl"):
+        trimesh.creation.box().export(tmp_path / name)
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "DISPLAY": x_display, "__EGL_VENDOR_LIBRARY_FILENAMES": "/none"}
+    command = [sys.executable, "-m", "addon", "preview", "a.stl", "b.stl", "-o", "out", "--size", "64x48"]
+    command += ["--jobs", "2"] if is_separate else []
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert len(list((tmp_path / "out").glob("*.png"))) == 2

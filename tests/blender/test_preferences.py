@@ -1,7 +1,9 @@
 """The extension's preferences reach the renderer at once, and are put back with it."""
 
 import importlib
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -66,3 +68,13 @@ def test_a_software_driver_uses_so_many_threads(preferences, cube_scene, room):
             pytest.skip(f"counts the threads of Mesa's llvmpipe; this is {renderer}")
         counts.append(sum((task / "comm").read_text().startswith("llvmpipe") for task in threads.iterdir()))
     assert counts == [1, 3]
+
+
+def test_only_ways_to_opengl_that_there_are_can_be_chosen_and_another_machines_choice_is_automatic(preferences, room):
+    machine, module = room("pipeline.machine"), room("preferences")
+    offered = {item.identifier: item.value for item in preferences.bl_rna.properties["backend"].enum_items}
+    assert tuple(offered) == machine.backends_on(sys.platform)
+    numbers = {platform: {item[0]: item[4] for item in module.backend_items(platform)} for platform in ("linux", "win32", "darwin")}
+    assert numbers["win32"] == numbers["darwin"] == {"auto": 0, "native": 2} and numbers["linux"] == {"auto": 0, "egl": 1, "native": 2}
+    module.apply(SimpleNamespace(backend="", threads=0, memory_mib=0, is_separate=False))
+    assert machine.chosen().backend == "auto"

@@ -1,10 +1,12 @@
 """The renderer in a process of its own gives what the one in this process gives, and outlives a process that dies."""
 
+import subprocess
 import time
 
 import numpy as np
 import pytest
 
+from addon.batch.workers import worker_command
 from addon.errors import Cancelled, GpuError, SceneError
 from addon.pipeline import machine
 from addon.pipeline.machine import Machine
@@ -93,6 +95,35 @@ def test_close_ends_the_process_and_its_threads(remote):
     remote.close()
     assert child.process.returncode == 0
     assert not any(thread.is_alive() for thread in child._threads)
+
+
+STRANGERS = ("moderngl.py", "numpy.py", "queue.py", "addon/__init__.py")
+
+
+@pytest.fixture
+def strangers(tmp_path, monkeypatch):
+    """A current folder with Python files of others, bearing names of what is imported; gives the file that they would leave."""
+    trace = tmp_path / "ran"
+    for name in STRANGERS:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(f"open({str(trace)!r}, 'a').write(__name__)\nraise SystemExit(9)\n")
+    monkeypatch.chdir(tmp_path)
+    return trace
+
+
+def test_no_code_of_the_current_folder_runs(strangers):
+    remote = RemoteRenderer()
+    try:
+        remote.submit(asked(scenes.railing()))[0].result(WAIT_S)
+    finally:
+        remote.close()
+    assert not strangers.exists()
+
+
+def test_no_code_of_the_current_folder_runs_in_a_worker_of_a_batch(strangers):
+    command, environment = worker_command(["preview", "--help"])
+    assert subprocess.run(command, env=environment, capture_output=True, timeout=60).returncode == 0
+    assert not strangers.exists()
 
 
 @pytest.fixture
