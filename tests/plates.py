@@ -154,7 +154,8 @@ def named() -> Iterator[PlateCase]:
 
 def drawn(seed: int, *, largest: float = 0.7) -> PlateCase:
     """Two plates and a crumb beside them at random: distance 0.1 m … 10 km, gap from 1.2e-6 of it, tilt to 75°, lens 10 to 2000 mm or
-    parallel, far/near 1e2 … 1e8, off the origin by up to three distances; half sides 0.5 … 10^`largest` times the picture's."""
+    parallel, far/near 1e2 … 1e8, off the origin by up to three distances; half sides 0.5 … 10^`largest` times the picture's (3.7: a
+    plate of 10 m may be 50 km of ground)."""
     rng = np.random.default_rng(seed)
     distance, is_parallel = 10.0 ** rng.uniform(-1.0, 4.0), rng.random() < 0.4
     forward, centre = _unit(rng.normal(size=3)), _unit(rng.normal(size=3)) * 10.0 ** rng.uniform(-2.0, 0.5)

@@ -14,7 +14,7 @@ import numpy as np
 from .depth_projection import DepthProjection, fitted, whole
 from .view import Camera
 
-LARGE = 1.0
+LARGE = 8.0
 """A triangle is large whose longest edge is so many times its distance: what is rounded at its corners shows in its middle."""
 
 
@@ -31,22 +31,42 @@ class AnchoredCamera:
         return cls(camera, whole(camera) if bounds_ws is None else fitted(camera, bounds_ws))
 
     @cached_property
-    def anchor_ws(self) -> np.ndarray:
-        """(3,) float64 that hold float32 numbers."""
-        return (self.camera.eye_ws + self.depth.near * self.camera.direction_ws).astype(np.float32).astype(np.float64)
+    def world_from_view(self) -> np.ndarray:
+        """(4, 4) float64."""
+        return self.camera.world_from_view
 
     @cached_property
-    def rows(self) -> np.ndarray:
-        """(3, 4): clip x, clip y and metres behind the near plane of a place relative to the anchor (x, y, z, 1)."""
+    def anchor_ws(self) -> np.ndarray:
+        """(3,) float64 that hold float32 numbers."""
+        _, _, back, eye = self.world_from_view[:3].T
+        return (eye - self.depth.near * back).astype(np.float32).astype(np.float64)
+
+    @cached_property
+    def rows_ws(self) -> np.ndarray:
+        """(3, 4): clip x, clip y and metres behind the near plane of a place in the world."""
         clip, view = self.camera.clip_from_world, self.camera.view_from_world
         rows = np.stack([clip[0], clip[1], -view[2]])
-        rows[:, 3] += rows[:, :3] @ self.anchor_ws
         rows[2, 3] -= self.depth.near
         return rows
 
+    @cached_property
+    def rows(self) -> np.ndarray:
+        """(3, 4): the same of a place relative to the anchor."""
+        rows = self.rows_ws.copy()
+        rows[:, 3] += rows[:, :3] @ self.anchor_ws
+        return rows
+
+    @property
+    def least_large_m(self) -> float:
+        """No triangle with shorter edges is large: `LARGE` times the near plane's distance, or the longer side of a parallel picture."""
+        is_parallel = self.camera.is_orthographic
+        return LARGE * (2.0 / float(np.abs(np.diag(self.camera.clip_from_view)[:2]).min()) if is_parallel else self.depth.near)
+
     def is_large(self, bounds_ws: np.ndarray, longest_edge_m: np.ndarray) -> np.ndarray:
-        """(B,) bool: whether boxes (B, 2, 3) may hold a triangle `LARGE` for this view."""
-        if self.camera.is_orthographic:
-            return longest_edge_m > LARGE * 2.0 / float(np.abs(np.diag(self.camera.clip_from_view)[:2]).min())
-        gap = np.maximum(np.maximum(bounds_ws[:, 0] - self.camera.eye_ws, self.camera.eye_ws - bounds_ws[:, 1]), 0.0)
-        return longest_edge_m > LARGE * np.maximum(np.linalg.norm(gap, axis=1), self.depth.near)
+        """(B,) bool: whether boxes (B, 2, 3) with edges up to `longest_edge_m` (B,) may hold a triangle `LARGE` for this view."""
+        large = longest_edge_m > self.least_large_m
+        if not self.camera.is_orthographic:
+            eye = self.world_from_view[:3, 3]
+            gap = np.maximum(np.maximum(bounds_ws[:, 0] - eye, eye - bounds_ws[:, 1]), 0.0)
+            large &= longest_edge_m > LARGE * np.linalg.norm(gap, axis=1)
+        return large

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 
+from ..maths.spaces import transform
 from .clusters import clustered, runs, segments, visible
 from .gl_raw import BufferTexture, draw_triangles, write_buffer
 from .programs import SAMPLER_UNITS, set_uniforms
@@ -62,6 +63,18 @@ class Chosen:
         return bool(self.ranges.any()) or any(mask.any() for mask in self.groups)
 
 
+@dataclass(frozen=True, slots=True)
+class DrawnPart:
+    """Triangles that follow one another: of an instance row, in one slot, from `start` of their mesh's drawing order, `first_triangle` of
+    the index pool. `corners_os` (T, 3, 3) float64."""
+
+    row: int
+    slot: int
+    start: int
+    first_triangle: int
+    corners_os: np.ndarray
+
+
 @dataclass
 class DrawList:
     """Drawable form of a scene. `table`: four RGBA32F texels a slot (rows of world_from_object, base colour); `info`: RGBA32UI
@@ -83,7 +96,8 @@ class DrawList:
     rows_of_slot: np.ndarray
     vertex_arrays: dict[tuple[int, bool], moderngl.VertexArray] = field(default_factory=dict)
     on_demand: dict[str, tuple[BufferTexture, moderngl.Buffer]] = field(default_factory=dict)
-    _corners: dict[Hashable, np.ndarray] = field(default_factory=dict)
+    _corners: dict[Hashable, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    _boxes: dict[tuple[int, int], tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -162,10 +176,40 @@ class DrawList:
 
     def corners_os(self, row: int) -> np.ndarray:
         """(T, 3, 3) float64 corners in object space of the triangles of an instance row, in the order they are drawn in."""
+        return self._drawn(row)[1]
+
+    def parts_of(self, chosen: Chosen) -> Iterator[DrawnPart]:
+        """Every cluster and instance chosen."""
+        ranges = self.ranges
+        for i in np.flatnonzero(chosen.ranges):
+            row, start, count = int(ranges.rows[i]), int(ranges.start[i]), int(ranges.count[i]) // 3
+            yield DrawnPart(row, int(ranges.slots[i]), start, int(ranges.first[i]) // 3, self.corners_os(row)[start : start + count])
+        for group, mask in zip(self.groups, chosen.groups, strict=True):
+            for i in np.flatnonzero(mask):
+                row = int(group.rows[i])
+                yield DrawnPart(row, int(group.slots[i]), 0, group.first_index // 3, self.corners_os(row))
+
+    def normals_os(self, part: DrawnPart) -> np.ndarray:
+        """(T, 3, 3) float32 shading normals in object space at the corners of a part's triangles."""
+        triangles, _ = self._drawn(part.row)
+        normals = self.scene.meshes[int(self.scene.instances.mesh_index[part.row])].normals
+        return normals[triangles[part.start : part.start + len(part.corners_os)]]
+
+    def boxes_of(self, part: DrawnPart) -> tuple[np.ndarray, np.ndarray]:
+        """World bounds (T, 2, 3) and longest edge (T,) in metres of a part's triangles; kept."""
+        key = part.row, part.start
+        if key not in self._boxes:
+            corners = transform(self.scene.instances.world_from_object[part.row], part.corners_os)[..., :3]
+            edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+            self._boxes[key] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1), edges
+        return self._boxes[key]
+
+    def _drawn(self, row: int) -> tuple[np.ndarray, np.ndarray]:
+        """The triangles (T, 3) of an instance row's mesh in the order they are drawn in, and their corners (T, 3, 3); kept."""
         mesh = self.scene.meshes[int(self.scene.instances.mesh_index[row])]
         if mesh.key not in self._corners:
             triangles, _ = clustered(mesh.positions, mesh.triangles)
-            self._corners[mesh.key] = mesh.positions.astype(np.float64)[triangles]
+            self._corners[mesh.key] = triangles, mesh.positions.astype(np.float64)[triangles]
         return self._corners[mesh.key]
 
     def bounds_ws(self) -> np.ndarray:

@@ -131,7 +131,7 @@ class GeometryStore:
         positions, normals = part.mesh.positions, part.mesh.normals
         if transform is not None:
             positions = (positions.astype(np.float64) @ transform[:3, :3].T + transform[:3, 3]).astype(np.float32)
-            normals = _turned(normals, transform)
+            normals = turned(normals, transform)
         if triangles is None:
             triangles, _ = clustered(part.mesh.positions, part.mesh.triangles)
         part.transform = None if transform is None else transform.copy()
@@ -249,7 +249,7 @@ def _local_centres(scene: Scene, rows: np.ndarray) -> np.ndarray:
     return np.einsum("rab,rb->ra", scene.instances.world_from_object[rows, :3, :3], centres[index])
 
 
-def _turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
+def turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
     """Unit normals under an affine map: the cofactor matrix, right for mirrored and unevenly scaled objects."""
     a = transform[:3, :3]
     cofactor = np.stack([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])

@@ -191,7 +191,7 @@ class _Samples:
         if first is not None:
             first.bind("sample_")
         shader = _shader(frame, eye, size, is_behind=first is not None)
-        draw_surfaces(device.context, device.programs, draw_list, eye, shader, rows, farthest=farthest)
+        draw_surfaces(device.context, device.programs, draw_list, eye, shader, size, rows, farthest=farthest)
 
     def release(self) -> None:
         """Free the targets."""

@@ -59,13 +59,6 @@ def _draw(draw_list: DrawList, program: moderngl.Program, vertices: np.ndarray) 
 
 def triangles_of(draw_list: DrawList, chosen: Chosen) -> Iterator[tuple[np.ndarray, int, np.ndarray]]:
     """World corners (T, 3, 3) float64, slot, and numbers in the index pool (T,) of every cluster and instance chosen."""
-    ranges, scene = draw_list.ranges, draw_list.scene
-    for i in np.flatnonzero(chosen.ranges):
-        first, count, start = (int(column[i]) // divisor for column, divisor in ((ranges.first, 3), (ranges.count, 3), (ranges.start, 1)))
-        corners = draw_list.corners_os(int(ranges.rows[i]))[start : start + count]
-        matrix = scene.instances.world_from_object[ranges.rows[i]]
-        yield transform(matrix, corners)[..., :3], int(ranges.slots[i]), np.arange(first, first + count)
-    for group, mask in zip(draw_list.groups, chosen.groups, strict=True):
-        for i in np.flatnonzero(mask):
-            corners, matrix = draw_list.corners_os(int(group.rows[i])), scene.instances.world_from_object[group.rows[i]]
-            yield transform(matrix, corners)[..., :3], int(group.slots[i]), group.first_index // 3 + np.arange(group.index_count // 3)
+    for part in draw_list.parts_of(chosen):
+        world = draw_list.scene.instances.world_from_object[part.row]
+        yield transform(world, part.corners_os)[..., :3], part.slot, part.first_triangle + np.arange(len(part.corners_os))

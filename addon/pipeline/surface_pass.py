@@ -12,12 +12,15 @@ from ..maths.depth_projection import DepthProjection
 from .clusters import frustum_planes
 from .depth_buffer import has_clip_control, nearest_wins
 from .draw_list import DrawList
+from .large_surfaces import draw_large, large_in
 from .programs import Programs, set_uniforms
+
+RASTERISER, FRAGMENT = 0, 1  # who finds the depth: common_surface.glsl
 
 
 @dataclass(frozen=True)
 class SurfaceShader:
-    """The fragment stage behind gbuffer.vert, with its own defines and uniforms."""
+    """The fragment stage behind gbuffer.vert or gbuffer_cut.vert, with its own defines and uniforms."""
 
     fragment: str
     defines: dict[str, int | bool | str] = field(default_factory=dict)
@@ -30,21 +33,31 @@ def draw_surfaces(
     draw_list: DrawList,
     eye: AnchoredCamera,
     shader: SurfaceShader,
+    size: tuple[int, int],
     rows: np.ndarray | None = None,
     *,
     farthest: bool = False,
 ) -> int:
-    """Draw the scene, or only the instance rows of the mask `rows`, into the bound and cleared target; returns the triangles sent.
+    """Draw the scene, or only the instance rows of the mask `rows`, into the bound and cleared target of `size`.
 
-    `farthest`: of all surfaces the farthest stays.
+    Returns the triangles sent. `farthest`: of all surfaces the farthest stays.
     """
-    by = 0 if has_clip_control(context) else 1
-    pair = [programs.get("gbuffer.vert", shader.fragment, INSTANCED=flag, DEPTH_BY=by, **shader.defines) for flag in (0, 1)]
     uniforms = shader.uniforms | depth_uniforms(eye.depth) | _view_uniforms(context, eye)
-    for program in pair:
+    defines = shader.defines | {"DEPTH_BY": RASTERISER if has_clip_control(context) else FRAGMENT}
+
+    def prepared(vertex: str, is_cut: bool, **more: int) -> moderngl.Program:
+        program = programs.get(vertex, shader.fragment, IS_CUT=is_cut, **defines, **more)
         set_uniforms(program, **uniforms)
+        return program
+
+    frustum = frustum_planes(eye.camera.clip_from_world)
+    large = large_in(draw_list, eye, frustum, rows)
+    pair = [prepared("gbuffer.vert", False, INSTANCED=flag) for flag in (0, 1)]
     with nearest_wins(context, eye.depth, farthest=farthest):
-        return draw_list.draw(*pair, frustum_planes(eye.camera.clip_from_world), attributes=True, rows=rows)
+        sent = draw_list.draw(*pair, frustum, attributes=True, rows=rows, without=large)
+        if large is not None:
+            sent += draw_large(context, prepared("gbuffer_cut.vert", True), draw_list, large, eye, size)
+    return sent
 
 
 def depth_uniforms(depth: DepthProjection) -> dict[str, object]:

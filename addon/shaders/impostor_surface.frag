@@ -4,7 +4,6 @@
 #include "common_surface.glsl"
 flat in uint v_slot;
 in vec3 v_normal_ws;
-uniform int u_first_triangle;
 uniform float u_plane;             // metres from the near plane to the impostor's
 #if LAYER
 uniform sampler2D u_sample_layers; // first layer
@@ -21,7 +20,7 @@ void main() {
     if (PERSPECTIVE) a /= view_depth;
     out_layers = vec4(max(a, 0.0), dFdx(a), -dFdy(a), view_depth);
     out_normal = octahedral(v_normal_ws);
-    out_ids = uvec2(v_slot + 1u, uint(u_first_triangle + gl_PrimitiveID));
+    out_ids = uvec2(v_slot + 1u, seen_triangle());
 #if LAYER
     vec4 first = texelFetch(u_sample_layers, ivec2(gl_FragCoord.xy), 0);
     if (texelFetch(u_sample_ids, ivec2(gl_FragCoord.xy), 0).r == 0u || view_depth <= first.w + u_apart) discard;

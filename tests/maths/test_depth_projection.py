@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from addon.maths import spaces
-from addon.maths.anchored_camera import AnchoredCamera
+from addon.maths.anchored_camera import LARGE, AnchoredCamera
 from addon.maths.depth_projection import DepthProjection, fitted, whole
 from addon.maths.frusta import box_corners
 from addon.maths.view import Camera
@@ -91,9 +91,16 @@ def test_places_about_the_anchor_are_seen_where_the_camera_sees_them_to_the_digi
         assert np.abs(np.stack([x, y]) - clip[:, :2].T).max() < 2e-5
 
 
-def test_triangles_longer_than_their_distance_are_large():
-    camera = camera_at((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), 0.1, 50.0, False)
-    bounds = np.array([[[-9.0, -9.0, -1.0], [9.0, 9.0, 0.0]], [[20.0, 0.0, 0.0], [30.0, 1.0, 5.0]]])
+def test_triangles_far_longer_than_their_distance_are_large():
+    camera = camera_at((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), 0.1, 500.0, False)
+    bounds = np.array([[[-90.0, -90.0, -1.0], [90.0, 90.0, 0.0]], [[20.0, 0.0, 5.0], [30.0, 1.0, 6.0]]])
     eye = AnchoredCamera.of(camera, bounds)
-    assert eye.is_large(bounds, np.array([6.0, 6.0])).tolist() == [True, False]
-    assert eye.is_large(bounds, np.array([4.0, 21.0])).tolist() == [False, True]
+    assert eye.is_large(bounds, LARGE * np.array([5.1, 5.1])).tolist() == [True, False]
+    assert eye.is_large(bounds, LARGE * np.array([4.9, 20.1])).tolist() == [False, True]
+    assert not eye.is_large(bounds, np.full(2, eye.least_large_m)).any()
+
+
+def test_in_a_parallel_view_triangles_far_longer_than_the_picture_are_large():
+    camera = camera_at((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), 0.1, 500.0, True, half=0.4, aspect=2.0)
+    bounds = np.array([[[-90.0, -90.0, -1.0], [90.0, 90.0, 0.0]]] * 2)
+    assert AnchoredCamera.of(camera, bounds).is_large(bounds, LARGE * np.array([15.9, 16.1])).tolist() == [False, True]

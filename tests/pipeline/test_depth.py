@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from addon.maths import spaces
+from addon.maths import anchored_camera, spaces
 from addon.maths.view import Camera
 from addon.pipeline.depth_buffer import has_clip_control
 from addon.pipeline.gl_raw import raw_gl
+from addon.pipeline.local_origin import based_near
 from addon.pipeline.renderer import Renderer
+from addon.pipeline.scene import Instances, Mesh, Scene
 from addon.pipeline.settings import Settings
 from tests import plates, scenes
 
@@ -38,10 +40,56 @@ def test_the_nearer_of_two_surfaces_shows(eye, case):
     assert case.wrong_share(seen["object"]) <= ALLOWED
 
 
-@pytest.mark.parametrize("seeds", [range(15), range(15, 30)], ids=str)
-def test_the_nearer_of_two_plates_drawn_at_random_shows(eye, seeds):
-    shares = {case.name: case.wrong_share(eye(case.scene, case.camera)["object"]) for case in map(plates.drawn, seeds)}
+@pytest.mark.parametrize("largest", [0.7, 3.7])
+@pytest.mark.parametrize("seeds", [range(15), range(36, 51)], ids=str)
+def test_the_nearer_of_two_plates_drawn_at_random_shows(eye, seeds, largest):
+    """Up to five times, and up to 5,000 times as large as what the picture shows of them."""
+    cases = [plates.drawn(seed, largest=largest) for seed in seeds]
+    shares = {case.name: case.wrong_share(eye(case.scene, case.camera)["object"]) for case in cases}
     assert {name: share for name, share in shares.items() if share > ALLOWED} == {}
+
+
+def test_a_road_a_tenth_of_a_millimetre_above_a_hundred_kilometres_of_ground_shows(eye):
+    """On a slope, seen by a walker at 1.7 m, far/near 1e6. What float32 makes of the ground's corners is off by half a centimetre."""
+    slope = spaces.rotation((1.0, 2.0, 0.5), 0.4)
+    view = spaces.look_at((12000.0, -10000.0, 1.7), (12005.0, -9994.0, 0.0)) @ np.linalg.inv(slope)
+    placed = [(plates.square(5e4), slope), (plates.square(4.0), slope @ spaces.translation((12005.0, -9994.0, 1e-4)))]
+    case = plates.case_of("road", placed, Camera(view, plates.lens(35.0, 0.01, 1e4), 0.01, 1e4))
+    scene, camera, _ = based_near(case.scene, case.camera, None)
+    assert (case.nearest == 1).mean() > 0.2
+    assert case.wrong_share(eye(scene, camera)["object"]) <= ALLOWED
+
+
+@pytest.mark.parametrize("is_parallel", [True, False])
+@pytest.mark.parametrize("make", [scenes.closed_box, scenes.sphere, scenes.staircase])
+def test_cutting_every_triangle_to_the_view_changes_no_picture(eye, monkeypatch, make, is_parallel):
+    """Baked and instanced, with smooth normals; the eye is among them, so many are cut."""
+    clip = spaces.orthographic(1.5, 1.5, 0.02, 30.0) if is_parallel else spaces.perspective(0.7, 1.5, 0.02, 30.0)
+    camera = Camera(spaces.look_at((-1.9, -2.9, 1.5), (0.0, 0.6, 0.7)), clip, 0.02, 30.0)
+    scene = bent(make())
+    whole = eye(scene, camera, (150, 100))
+    monkeypatch.setattr(anchored_camera, "LARGE", 1e-9)
+    cut = eye(scene, camera, (150, 100))
+    assert (whole["object"] >= 0).mean() > 0.3
+    assert (whole["object"] != cut["object"]).mean() < 1e-3
+    same = (whole["object"] == cut["object"]) & (whole["object"] >= 0)
+    assert np.quantile(np.abs(whole["normal"] - cut["normal"])[same], 0.999) < 2e-3
+    assert np.quantile(np.abs(whole["depth"][same] / cut["depth"][same] - 1.0), 0.999) < 2e-5
+
+
+def bent(scene):
+    """The scene 20 times over, 60 m apart, so that meshes of some size are drawn instanced; normals that turn from corner to corner."""
+    meshes = []
+    for mesh in scene.meshes:
+        normals = mesh.normals + 0.3 * np.sin(7.0 * np.round(mesh.positions[:, [1, 2, 0]], 3))
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        meshes.append(Mesh((mesh.key, "bent"), mesh.positions, normals, mesh.triangles))
+    i, n = scene.instances, 20
+    matrices = np.concatenate([i.world_from_object] * n)
+    matrices[:, 0, 3] += np.repeat(60.0 * np.arange(n), len(i))
+    index, ids, slots = (np.tile(column, n) for column in (i.mesh_index, i.object_id, i.material_slot))
+    instances = Instances(index, matrices, ids, slots, np.tile(i.base_color, (n, 1)))
+    return Scene(tuple(meshes), instances, scene.object_names, scene.origin_ws)
 
 
 def test_the_depth_pass_is_that_of_the_nearer_plate(eye):
