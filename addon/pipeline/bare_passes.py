@@ -23,7 +23,7 @@ class BarePasses:
 
     def __init__(self, device: Device, scene: Scene) -> None:
         self._device = device
-        positions, normals, slots, indices = _merged(scene)
+        positions, normals, slots, indices = merged(scene)
         context = device.context
         self._buffers = [context.buffer(a.tobytes()) for a in (positions, normals, slots, indices)]
         self.color = device.programs.get("bare.vert", "bare.frag", COLOR=1)
@@ -65,7 +65,7 @@ class BarePasses:
             thing.release()
 
 
-def _merged(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def merged(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """World positions (V, 3), normals (V, 3), instance rows (V,) and indices (T, 3) of all instances."""
     positions, normals, slots, indices, base = [], [], [], [], 0
     for row, mesh_index in enumerate(scene.instances.mesh_index):
