@@ -117,10 +117,11 @@ def lens(mm: float, near: float, far: float) -> np.ndarray:
     return spaces.perspective(float(np.arctan(SENSOR_MM / 2.0 / mm / ASPECT)), ASPECT, near, far)
 
 
-def pair(distance: float, gap: float, near: float, far: float, mm: float | None = 50.0, half: float = 0.2) -> PlateCase:
+def pair(distance: float, gap: float, near: float, far: float, mm: float | None = 50.0, half: float = 0.2,
+         towards_eye: tuple[float, float, float] = (0.6, -0.6, 0.5)) -> PlateCase:
     """Two level plates, `gap` apart, seen from above at a distance through a lens, or in parallel (None) half as wide as the distance."""
     camera = Camera(
-        spaces.look_at(distance * np.array([0.6, -0.6, 0.5]), (0.0, 0.0, 0.0)),
+        spaces.look_at(distance * np.array(towards_eye), (0.0, 0.0, 0.0)),
         lens(mm, near, far) if mm else spaces.orthographic(0.25 * distance / ASPECT, ASPECT, near, far),
         near,
         far,

@@ -11,10 +11,12 @@ from contextlib import contextmanager
 
 import moderngl
 
+from ..errors import GpuError
 from ..maths.depth_projection import DepthProjection
 from .gl_raw import Owned, raw_gl
 
 _FRAMEBUFFER, _DEPTH_ATTACHMENT, _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D40, 0x8D00, 0x8D41, 0x8CAC
+_COMPLETE = 0x8CD5
 _LOWER_LEFT, _NEGATIVE_ONE_TO_ONE, _ZERO_TO_ONE = 0x8CA1, 0x935E, 0x935F
 
 
@@ -33,6 +35,8 @@ class DepthBuffer(Owned):
         framebuffer.use()
         self.raw.FramebufferRenderbuffer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, _RENDERBUFFER, self.glo)
         framebuffer.depth_mask = True
+        if self.raw.CheckFramebufferStatus(_FRAMEBUFFER) != _COMPLETE:
+            raise GpuError("The driver refused a 32-bit float depth buffer: update the graphics driver.")
         return framebuffer
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable
+from contextlib import ExitStack
 
 import moderngl
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from ..maths.anchored_camera import AnchoredCamera
 from ..maths.depth_projection import DepthProjection
 from ..maths.view import Camera
+from .allocation import freed_with
 from .clusters import frustum_planes, visible
 from .depth_buffer import DepthBuffer
 from .draw_list import DrawList
@@ -31,10 +33,12 @@ class GBuffer:
         self.view_depth = context.texture(size, 1, dtype="f4")
         self.normal = context.texture(size, 2, dtype="f2")
         self.ids = context.texture(size, 2, dtype="u4")
-        self.depth = DepthBuffer(context, size)
         for texture in (self.view_depth, self.normal, self.ids):
             texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self.framebuffer = self.depth.framebuffer([self.view_depth, self.normal, self.ids])
+        with ExitStack() as made:  # freed when what follows fails
+            self.depth = freed_with(made, DepthBuffer(context, size))
+            self.framebuffer = self.depth.framebuffer([self.view_depth, self.normal, self.ids])
+            made.pop_all()
         self.holds: Hashable = None
         self.projection: DepthProjection | None = None
 

@@ -7,6 +7,7 @@ meets. `forward`: the texts' pre-warp, holes filled by interpolation, then the p
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import moderngl
@@ -16,7 +17,7 @@ from ..maths.depth_projection import DepthProjection, fitted
 from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp, shift_unit
 from ..maths.relief_frame import visible_extent
 from ..maths.view import Camera
-from .allocation import allocating
+from .allocation import allocating, freed_with
 from .depth_buffer import DepthBuffer, nearest_wins
 from .device import Device
 from .gbuffer_pass import GBuffer
@@ -157,8 +158,10 @@ class _Prewarped:
         size = tuple(int(n) for n in extent[1] - extent[0])
         with allocating(context, f"an impostor of {size[0]}×{size[1]} texels", "lower its resolution"):
             texels = ImpostorTexels.of_size(context, size)
-            self._depth = DepthBuffer(context, size)
-            self._framebuffer = self._depth.framebuffer([texels.layers, texels.both_normals, texels.both_ids])
+            with ExitStack() as made:  # freed when what follows fails
+                self._depth = freed_with(made, DepthBuffer(context, size))
+                self._framebuffer = self._depth.framebuffer([texels.layers, texels.both_normals, texels.both_ids])
+                made.pop_all()
         self._framebuffer.use()
         self._framebuffer.clear(red=float(EMPTY))
         context.enable_only(moderngl.DEPTH_TEST)

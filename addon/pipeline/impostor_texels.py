@@ -6,6 +6,7 @@ a sample say whether a neighbour's surface shows there, or nothing: outlines and
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import moderngl
@@ -14,6 +15,7 @@ import numpy as np
 from ..maths.anchored_camera import AnchoredCamera
 from ..maths.relief import CaptureFrame, shift_unit
 from ..maths.relief_outline import STEEPEST
+from .allocation import freed_with
 from .depth_buffer import DepthBuffer
 from .device import Device
 from .draw_list import DrawList
@@ -155,9 +157,11 @@ class _Samples:
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.size = size
         self.layers, self.normal, self.ids = (_texture(context, size, *kind) for kind in ((4, "f4"), (2, "f2"), (2, "u4")))
-        self._depth = DepthBuffer(context, size)
-        self._framebuffer = self._depth.framebuffer([self.layers, self.normal, self.ids])
-        self._found = self._depth.framebuffer([self.ids])
+        with ExitStack() as made:  # freed when what follows fails
+            self._depth = freed_with(made, DepthBuffer(context, size))
+            self._framebuffer = self._depth.framebuffer([self.layers, self.normal, self.ids])
+            self._found = self._depth.framebuffer([self.ids])
+            made.pop_all()
 
     def clear(self, depth: float) -> None:
         """Nothing is seen, and all of this depth."""

@@ -21,6 +21,7 @@ from tests.maths.relief_rigs import corners
 CASES = {
     "lens": plates.pair(50.0, 0.001, 0.01, 1000.0, half=0.1),
     "parallel": plates.pair(10.0, 0.001, 0.1, 1e5, None, half=0.1),
+    "facing": plates.pair(50.0, 0.001, 0.01, 1000.0, half=0.1, towards_eye=(0.0, 0.0, 0.9)),
 }
 
 
@@ -120,3 +121,16 @@ def test_the_cameras_clip_cuts_impostors_too(rig, near, far, shown):
             return r.objects(cut, rows, impostor)
 
     assert (rig(case, job) >= 0).any() == shown
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_an_impostor_that_lies_a_little_behind_its_box_is_drawn_whole(rig, kind):
+    """The old texture during a crossfade does, and nothing in the scene lies farther back."""
+    case, rows = CASES[kind], np.ones(2, bool)
+
+    def job(r):
+        with r.captured(rows, case.camera) as impostor:
+            return [r.objects(case.camera, rows, impostor, behind_texels=texels) >= 0 for texels in (0.0, 2.0)]
+
+    whole, behind = rig(case, job)
+    assert whole.sum() > 2000 and np.array_equal(whole, behind)
