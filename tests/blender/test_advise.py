@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-SMALL = ("--size", "96x64", "--seconds", "20")
+SMALL = ("--size", "96x64", "--seconds", "300")
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def test_the_operator_advises_and_apply_writes_the_settings(cube_scene, blend, s
     props = cube_scene.cad_shadow
     props.map_size, props.use_eta, props.eta = 64, True, -0.5
     assert not bpy.ops.cad_shadow.apply_advice.poll()
-    assert bpy.ops.cad_shadow.advise(goal="TEXELS", texels=0.25, seconds=20.0) == {"FINISHED"}
+    assert bpy.ops.cad_shadow.advise(goal="TEXELS", texels=0.25, seconds=300.0) == {"FINISHED"}
     proposal = session.last_advice()["proposal"]
     assert proposal["texels"] <= 2**18
     assert bpy.ops.cad_shadow.apply_advice() == {"FINISHED"}
@@ -97,7 +97,7 @@ def test_the_operator_advises_and_apply_writes_the_settings(cube_scene, blend, s
 
 
 def test_a_new_file_forgets_the_advice(cube_scene, blend, session):
-    assert blend.ops.cad_shadow.advise(goal="ERROR", error=1.0, seconds=20.0) == {"FINISHED"}
+    assert blend.ops.cad_shadow.advise(goal="ERROR", error=1.0, seconds=300.0) == {"FINISHED"}
     assert session.last_advice() is not None
     blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert session.last_advice() is None
@@ -106,7 +106,7 @@ def test_a_new_file_forgets_the_advice(cube_scene, blend, session):
 def test_the_animation_is_seen_through_its_camera_and_the_frame_put_back(cube_scene, blend, session):
     cube_scene.frame_start, cube_scene.frame_end = 1, 3
     cube_scene.frame_set(2)
-    assert blend.ops.cad_shadow.advise(goal="TEXELS", texels=0.25, use_animation=True, seconds=20.0) == {"FINISHED"}
+    assert blend.ops.cad_shadow.advise(goal="TEXELS", texels=0.25, use_animation=True, seconds=300.0) == {"FINISHED"}
     assert session.last_advice()["frames"] == [1, 2, 3]
     assert cube_scene.frame_current == 2
 

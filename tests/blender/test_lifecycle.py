@@ -60,7 +60,7 @@ def test_disabled_after_a_render_it_leaves_no_thread_and_renders_again_when_enab
         cube_scene.render.engine = "CAD_SHADOW_PREVIEW"
         render(cube_scene)
         addon_utils.disable(MODULE, default_set=True)
-        assert inventory()["threads"] == without
+        assert inventory()["threads"] <= without  # one from before may have ended meanwhile
         addon_utils.enable(MODULE, default_set=True)
 
 
