@@ -1,6 +1,6 @@
 """Comparisons that note how near a test came to its limit: `agree` and `at_most` assert, and `./dev sweep` writes docs/margins.md.
 
-What is compared is named by the source of the first argument.
+What is compared is named by its source.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from types import FrameType
 
 import numpy as np
+
+LONGEST = 60  # of a source, in characters
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ def agree(seen, expected, rel: float = 0.0, abs: float = 0.0) -> None:
         is_relative = rel * size[worst] > abs
         asked = " or ".join([f"{rel:g} relative"] * (rel > 0.0) + [f"{abs:g}"] * (abs > 0.0))
         found = f"{error[worst] / size[worst]:.2g} relative" if is_relative and error[worst] else f"{error[worst]:.2g}"
-        notes.note(_arguments(sys._getframe(1))[0], Margin(float(share[worst]), asked, found))
+        notes.note(" is ".join(_arguments(sys._getframe(1))), Margin(float(share[worst]), asked, found))
     assert share[worst] <= 1.0, f"{seen[worst]!r} is not {expected[worst]!r} to {rel = }, {abs = } (at {worst} of {share.shape})"
 
 
@@ -68,15 +70,16 @@ def at_most(seen, limit) -> None:
         share = np.where(np.isnan(seen), np.inf, seen / limit)
     worst = np.unravel_index(share.argmax(), share.shape)
     if notes.are_kept:
-        compared, asked = _arguments(sys._getframe(1))[:2]
-        notes.note(compared, Margin(float(share[worst]), f"`{asked}`", f"{seen[worst]:.2g} of {limit[worst]:.2g}"))
+        compared = " ≤ ".join(_arguments(sys._getframe(1)))
+        notes.note(compared, Margin(float(share[worst]), f"{limit[worst]:.3g}", f"{seen[worst]:.2g}"))
     assert share[worst] <= 1.0, f"{seen[worst]!r} is above {limit[worst]!r} (at {worst} of {share.shape})"
 
 
 def _arguments(frame: FrameType) -> list[str]:
-    """The sources of the arguments of the call that this frame is in the middle of."""
+    """The sources of the two numbers of the call that this frame is in the middle of, long ones cut short."""
     first, last, begin, end = list(frame.f_code.co_positions())[frame.f_lasti // 2]
     lines = [line.encode() for line in linecache.getlines(frame.f_code.co_filename)[first - 1 : last]]
     lines[-1] = lines[-1][:end]
     lines[0] = lines[0][begin:]
-    return [ast.unparse(argument) for argument in ast.parse(b"".join(lines)).body[0].value.args]
+    sources = [ast.unparse(argument) for argument in ast.parse(b"".join(lines)).body[0].value.args[:2]]
+    return [text if len(text) <= LONGEST else text[: LONGEST - 1] + "…" for text in sources]

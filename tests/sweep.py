@@ -75,7 +75,7 @@ class Sweep:
                 claim = name.split("::")[1].removeprefix("test_").replace("_", " "), f"{count:,}"
                 found = [(compared, margin) for (test, compared), margin in notes.found.items() if test == name]
                 for compared, margin in found:
-                    times = f"{1.0 / margin.share:.2g}" if margin.share > 0.0 else "exact"
+                    times = f"{1.0 / margin.share:.2g}" if margin.share > 0.0 else "unused"
                     yield *claim, f"`{compared}`", margin.asked, margin.worst, times
                     claim = "", ""
                 if not found:

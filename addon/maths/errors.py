@@ -7,7 +7,7 @@ arguments, 1 by default. Sources: T4 §4.1–4.3, LogPSM §5.1, method §1–§5
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, inf, log1p, pi, sin, sqrt, tan
+from math import cos, exp, expm1, inf, log1p, pi, sin, sqrt, tan
 
 import numpy as np
 
@@ -117,8 +117,8 @@ def side_face_maxima(m: WarpedMap) -> tuple[float, float]:
 
 def storage_factor_z(near: float, far: float, half_fov_rad: float, count: int, warped: bool) -> float:
     """S of `count` self-similar partitions, light ⟂ view: `k (r−1)/(2 tan φ)`, times r = (f/n)^(1/k) if not warped (T4 (51))."""
-    r = (far / near) ** (1.0 / count)
-    return count * (r - 1.0) / (2.0 * tan(half_fov_rad)) * (1.0 if warped else r)
+    log_r = log1p((far - near) / near) / count
+    return count * expm1(log_r) / (2.0 * tan(half_fov_rad)) * (1.0 if warped else exp(log_r))
 
 
 def storage_factor_log(near: float, far: float, half_fov_rad: float) -> float:
