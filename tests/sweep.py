@@ -15,7 +15,7 @@ HEAD = """# Margins
 
 How near the property tests come to what they ask: `./dev sweep` draws 2,000 examples for each and writes this page. `./dev test` draws
 fewer, the same ones everywhere. A margin of 10 means that the worst example took a tenth of what is allowed; a claim about order, counts
-or equality has none. Sections are written file by file (`./dev sweep tests/maths/test_warps.py`).
+or equality has none. `./dev sweep tests/maths/test_warps.py` or `./dev sweep -k seam` sweeps a part and leaves the other lines as they are.
 """
 COLUMNS = ("claim", "examples", "compared", "asked", "worst seen", "margin")
 
@@ -25,7 +25,7 @@ def pytest_addoption(parser):
 
 
 class Sweep:
-    """Runs property tests only, each with more examples; writes the sections of the files that ran whole and passed."""
+    """Runs property tests only, each with more examples; writes down those that passed."""
 
     def __init__(self):
         self.drawn, self.failed = Counter(), set()
@@ -58,38 +58,59 @@ class Sweep:
 
     def pytest_runtest_logreport(self, report):
         if report.failed:
-            self.failed.add(report.nodeid.split("::")[0])
+            self.failed.add(report.nodeid.split("[")[0])
 
     def pytest_terminal_summary(self, terminalreporter, config):
-        if config.option.keyword or any("::" in word for word in config.args):
-            terminalreporter.write_line(f"{PAGE.relative_to(ROOT)}: not written, only a part of a file ran")
-            return
-        files = {name.split("::")[0] for name in self.drawn} - self.failed
-        write_page(PAGE, {file: self.rows(file) for file in files})
-        terminalreporter.write_line(f"{PAGE.relative_to(ROOT)}: {len(files)} sections written, {len(self.failed)} files failed")
+        is_whole = not config.option.keyword and not any("::" in word for word in config.args)
+        passed: dict[str, dict[str, list[str]]] = {}
+        for name in self.drawn:
+            file, test = name.split("::")
+            if name not in self.failed:
+                passed.setdefault(file, {})[test.removeprefix("test_").replace("_", " ")] = self.lines(name)
+        write_page(PAGE, passed, is_whole)
+        written = sum(map(len, passed.values()))
+        terminalreporter.write_line(f"{PAGE.relative_to(ROOT)}: {written} claims written, {len(self.failed)} failed")
 
-    def rows(self, file):
-        """The table's rows for a file's tests, in the order they ran."""
-        for name, count in self.drawn.items():
-            if name.split("::")[0] == file:
-                claim = name.split("::")[1].removeprefix("test_").replace("_", " "), f"{count:,}"
-                found = [(compared, margin) for (test, compared), margin in notes.found.items() if test == name]
-                for compared, margin in found:
-                    times = f"{1.0 / margin.share:.2g}" if margin.share > 0.0 else "unused"
-                    yield *claim, f"`{compared}`", margin.asked, margin.worst, times
-                    claim = "", ""
-                if not found:
-                    yield *claim, "", "", "", ""
+    def lines(self, name):
+        """The ends of a test's lines in the table: all but its claim."""
+        found = [(compared, margin) for (test, compared), margin in notes.found.items() if test == name]
+        first = f"{self.drawn[name]:,}"
+        if not found:
+            return [row(first, "", "", "", "")]
+        times = [f"{1.0 / margin.share:.2g}" if margin.share > 0.0 else "unused" for _, margin in found]
+        counts = [first] + [""] * (len(found) - 1)
+        return [row(n, f"`{text}`", m.asked, m.worst, x) for n, (text, m), x in zip(counts, found, times, strict=True)]
 
 
-def write_page(path: Path, sections: dict[str, list]) -> None:
-    """The page with these sections anew and the others as they were."""
-    old = path.read_text(encoding="utf-8").split("\n## ")[1:] if path.is_file() else []
-    texts = {text.split("\n", 1)[0]: text.split("\n", 1)[1] for text in old}
-    for file, rows in sections.items():
-        lines = [COLUMNS, ["---"] * len(COLUMNS), *rows]
-        texts[file] = "\n" + "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
-    path.write_text(HEAD + "".join(f"\n## {file}\n{texts[file].rstrip()}\n" for file in sorted(texts)), encoding="utf-8")
+def row(*cells: str) -> str:
+    """A line of a table."""
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+
+
+def read_page(path: Path) -> dict[str, dict[str, list[str]]]:
+    """By file and claim, the ends of the lines."""
+    found: dict[str, dict[str, list[str]]] = {}
+    for section in path.read_text(encoding="utf-8").split("\n## ")[1:] if path.is_file() else []:
+        file, *lines = section.splitlines()
+        claims, name = found.setdefault(file, {}), ""
+        for line in (line for line in lines if line.startswith("| ") and not line.startswith(("| claim", "| ---"))):
+            claim, end = line[2:].split(" |", 1)
+            name = claim or name  # a claim's further lines do not name it
+            claims.setdefault(name, []).append("|" + end)
+    return found
+
+
+def write_page(path: Path, passed: dict[str, dict[str, list[str]]], is_whole: bool) -> None:
+    """The page with these claims anew; of files that ran whole no others are kept."""
+    found = read_page(path)
+    for file, claims in passed.items():
+        found[file] = claims if is_whole else found.get(file, {}) | claims
+    text = HEAD
+    for file in sorted(found):
+        text += f"\n## {file}\n\n{row(*COLUMNS)}\n{row(*['---'] * len(COLUMNS))}\n"
+        for claim, ends in found[file].items():
+            text += "".join(f"| {claim if i == 0 else ''} {end}\n" for i, end in enumerate(ends))
+    path.write_text(text, encoding="utf-8")
 
 
 def pytest_configure(config):

@@ -53,13 +53,15 @@ def test_the_worst_of_every_comparison_is_noted_by_its_source(notes):
     assert [(m.asked, m.worst) for m in worst] == [("0.01 relative", "0.003 relative"), ("0.004", "0.003")]
 
 
-def test_a_page_keeps_the_sections_of_files_that_did_not_run(tmp_path):
-    page = tmp_path / "margins.md"
-    row = ("it holds", "2,000", "`a | b`", "1", "0.5", "2")
-    sweep.write_page(page, {"tests/b.py": [row], "tests/a.py": [row]})
-    before = page.read_text(encoding="utf-8")
-    sweep.write_page(page, {"tests/b.py": [("it is gone", *row[1:])]})
-    after = page.read_text(encoding="utf-8")
-    assert before.startswith("# Margins") and before.index("## tests/a.py") < before.index("## tests/b.py")
-    assert r"| it holds | 2,000 | `a \| b` | 1 | 0.5 | 2 |" in before
-    assert after == before[: before.rindex("it holds")] + "it is gone" + before[before.rindex("it holds") + len("it holds") :]
+def test_a_page_keeps_what_did_not_run(tmp_path):
+    page, line = tmp_path / "margins.md", sweep.row("2,000", "`a | b`", "1", "0.5", "2")
+    more = sweep.row("", "`c`", "1", "0", "unused")
+    whole = {"tests/b.py": {"it holds": [line, more], "it stays": [line]}, "tests/a.py": {"it holds": [line]}}
+    sweep.write_page(page, whole, True)
+    assert sweep.read_page(page) == whole
+    text = page.read_text(encoding="utf-8")
+    assert text.index("## tests/a.py") < text.index("## tests/b.py") and r"| it holds | 2,000 | `a \| b` | 1 | 0.5 | 2 |" in text
+    sweep.write_page(page, {"tests/b.py": {"it holds": [line]}}, False)
+    assert sweep.read_page(page) == whole | {"tests/b.py": {"it holds": [line], "it stays": [line]}}
+    sweep.write_page(page, {"tests/b.py": {"it holds": [line]}}, True)
+    assert sweep.read_page(page) == whole | {"tests/b.py": {"it holds": [line]}}
