@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 import bpy
 import numpy as np
 
 from .maths.view import Camera, Light
-from .pipeline.bare_passes import BarePasses
-from .pipeline.device import device_of
-from .pipeline.renderer import Renderer, Request, Ticket, render_frame
+from .pipeline.bare_passes import forget, timed
+from .pipeline.remote import RemoteRenderer
+from .pipeline.renderer import Renderer, Request
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
 
@@ -41,13 +41,17 @@ class Course:
 
 
 def run(
-    course: Course, blender_scene: bpy.types.Scene | None, rivals: tuple[str, ...], renderer: Renderer, say: Callable[[str], None]
+    course: Course,
+    blender_scene: bpy.types.Scene | None,
+    rivals: tuple[str, ...],
+    renderer: Renderer | RemoteRenderer,
+    say: Callable[[str], None],
 ) -> dict[str, object]:
     """Times in ms of every contestant per frame, their medians, and the ratios of the medians to ours. The first frame is not counted."""
     times: dict[str, list[float]] = {name: [] for name in ("ours", "bare passes", *rivals)}
-    bare: list[BarePasses] = []
+    request = Request(course.scene, course.camera, course.light, course.settings, course.size, measure=False)
     for number, camera in enumerate(course.cameras()):
-        ours, plain = renderer.worker.call(lambda context, c=camera: _pipeline_times(course, c, bare, device_of(context, renderer.worker)))
+        ours, plain = renderer.submit(replace(request, camera=camera), timed)[0].result()
         measured = {"ours": ours, "bare passes": plain}
         for rival in rivals:
             measured[rival] = _rival_time(blender_scene, rival, course, camera)
@@ -57,7 +61,7 @@ def run(
         say(
             f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)")
         )
-    renderer.worker.call(lambda context: bare[0].release())
+    renderer.submit(request, forget)[0].result()
     medians = {name: median(values) for name, values in times.items()}
     return {
         "triangles": course.scene.triangle_count,
@@ -69,15 +73,6 @@ def run(
         "median_ms": medians,
         "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"},
     }
-
-
-def _pipeline_times(course: Course, camera: Camera, bare: list[BarePasses], device: object) -> tuple[float, float]:
-    """(ours, bare) milliseconds of one frame, on the worker."""
-    ticket = Ticket()
-    frame = render_frame(device, Request(course.scene, camera, course.light, course.settings, course.size, ("combined",), False), ticket)
-    if not bare:
-        bare.append(BarePasses(device, course.scene))
-    return ticket.timing_ms["total"], bare[0].draw(camera, frame.plan, course.size, course.settings.fit.size)
 
 
 def _rival_time(scene: bpy.types.Scene, rival: str, course: Course, camera: Camera) -> float:

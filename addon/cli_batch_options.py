@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from datetime import date
 
+from .cli_types import between
 from .sun_study import DEFAULT_STEPS, clock_hours
 
 NO_BATCH = {"recursive": False, "resume": False, "jobs": 1, "contact_sheet": False, "worker": False}
@@ -48,8 +49,8 @@ def add_preset(parser: argparse.ArgumentParser) -> None:
 def add_sun(parser: argparse.ArgumentParser) -> None:
     """Place, day and hours of a sun study."""
     group = parser.add_argument_group("sun")
-    group.add_argument("--latitude", type=float, required=True, metavar="DEG", help="degrees north of the equator, negative southwards")
-    group.add_argument("--longitude", type=float, required=True, metavar="DEG", help="degrees east of Greenwich, negative westwards")
+    group.add_argument("--latitude", type=between(-90, 90), required=True, metavar="DEG", help="degrees north of the equator, negative southwards")
+    group.add_argument("--longitude", type=between(-180, 180), required=True, metavar="DEG", help="degrees east of Greenwich, negative westwards")
     group.add_argument("--date", type=date.fromisoformat, required=True, metavar="YYYY-MM-DD", help="the day")
     group.add_argument("--from", dest="start", type=clock_hours, metavar="HH:MM", help="first picture (default: sunrise)")
     group.add_argument("--to", dest="end", type=clock_hours, metavar="HH:MM", help="last picture (default: sunset)")
@@ -58,12 +59,12 @@ def add_sun(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--utc-offset",
-        type=float,
+        type=between(-24, 24),
         metavar="HOURS",
         help="hours the clock is ahead of universal time (default: the longitude's time zone, without summer time)",
     )
     group.add_argument(
-        "--north-offset", type=float, default=0.0, metavar="DEG", help="from +Y to north, clockwise seen from above (default 0)"
+        "--north-offset", type=between(-360, 360), default=0.0, metavar="DEG", help="from +Y to north, clockwise seen from above (default 0)"
     )
     group.add_argument("--columns", type=positive, metavar="N", help="pictures per row; 1 row with N = steps (default: about square)")
     group.add_argument("--pictures", action="store_true", help="also every picture by itself")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from .cli_batch_options import positive
+from .cli_types import finite
 
 
 def add_objects(parser: argparse.ArgumentParser) -> None:
@@ -34,7 +35,7 @@ def add_path(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("path")
     group.add_argument("--from-frame", type=int, metavar="A", help="first frame of the scene's animation")
     group.add_argument("--to-frame", type=int, metavar="B", help="last frame of the scene's animation")
-    group.add_argument("--orbit", type=float, metavar="DEG", help="turn the camera by so many degrees about the impostors' vertical axis")
+    group.add_argument("--orbit", type=finite, metavar="DEG", help="turn the camera by so many degrees about the impostors' vertical axis")
     group.add_argument("--steps", type=positive, metavar="N", help="steps of the orbit (default: one per degree)")
     group.add_argument("--pictures", action="store_true", help="also the picture of every frame, drawn with impostors")
 

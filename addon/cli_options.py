@@ -8,75 +8,36 @@ from __future__ import annotations
 
 import argparse
 import re
-from math import inf, radians
+from math import radians
 
 from .advice.goal import MOST_FRAMES, picked_frames
-from .cli_batch_options import NO_BATCH, add_batch, add_preset, add_sun
+from .cad_files.units import metres_per_unit, z_up_from
+from .cli_batch_options import NO_BATCH, add_batch, add_preset, add_sun, positive
 from .cli_impostor_options import add_capture, add_objects, add_path
+from .cli_types import (
+    between,
+    checked_by,
+    degrees_between,
+    direction,
+    finite,
+    number_of,
+    numbers_of,
+    pass_list,
+    picture_size,
+    positive_number,
+    size,
+    vector,
+)
 from .option import Option
 from .option_impostors import IMPOSTOR_OPTIONS
 from .options import OPTIONS
 from .pipeline.settings import PASSES
+from .platform_deck.layout import FEWEST, MOST
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
 FORMATS = ("png", "exr", "npz")
 RIVALS = ("workbench", "cycles", "eevee")
 GIVEN = argparse.SUPPRESS
-
-
-def vector(text: str) -> tuple[float, float, float]:
-    """X,Y,Z."""
-    values = tuple(float(part) for part in text.split(","))
-    if len(values) != 3 or not all(-inf < v < inf for v in values):
-        raise ValueError(text)
-    return values
-
-
-def size(text: str) -> tuple[int, int]:
-    """WxH in pixels."""
-    match = re.fullmatch(r"(\d+)[x×X](\d+)", text)
-    if not match or not all(int(n) for n in match.groups()):
-        raise ValueError(text)
-    return int(match[1]), int(match[2])
-
-
-def degrees_between(low: float, high: float) -> object:
-    """A parser of degrees in the open interval, to radians."""
-
-    def angle(text: str) -> float:
-        if not low < float(text) < high:
-            raise argparse.ArgumentTypeError(f"{text} does not lie between {low:g} and {high:g} degrees")
-        return radians(float(text))
-
-    return angle
-
-
-def pass_list(text: str) -> tuple[str, ...]:
-    """Comma-separated passes."""
-    names = tuple(name.strip() for name in text.split(","))
-    unknown = [name for name in names if name not in PASSES]
-    if unknown:
-        raise argparse.ArgumentTypeError(f"unknown pass '{unknown[0]}': choose from {','.join(PASSES)}")
-    return tuple(dict.fromkeys(names))
-
-
-def color(text: str) -> tuple[float, ...]:
-    """R,G,B[,A], linear."""
-    return tuple(float(part) for part in text.split(","))
-
-
-def number_of(option: Option) -> object:
-    """A parser of the option's number that checks its range. How large a map may be is for the machine to say."""
-    high = inf if option.unit == "texel" else option.high
-
-    def number(text: str) -> float:
-        value = int(text) if option.kind == "count" else float(text)
-        if not option.low <= value <= high:
-            raise argparse.ArgumentTypeError(f"{text} does not lie between {option.low:g} and {high:g}")
-        return value
-
-    number.__name__ = "whole number" if option.kind == "count" else "number"
-    return number
 
 
 def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
@@ -89,9 +50,9 @@ def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
     elif option.kind == "switch":
         group.add_argument(option.flag, action=argparse.BooleanOptionalAction, **common)
     elif option.kind == "numbers":
-        group.add_argument(option.flag, type=color, metavar="A[,A…]", **common)
+        group.add_argument(option.flag, type=numbers_of(option), metavar="A[,A…]", **common)
     elif option.kind == "color":
-        group.add_argument(option.flag, type=color, metavar="R,G,B", **common)
+        group.add_argument(option.flag, type=numbers_of(option), metavar="R,G,B,A" if len(option.default) == 4 else "R,G,B", **common)
     else:
         group.add_argument(option.flag, type=number_of(option), metavar={"m": "METRES", "texel": "N"}.get(option.unit, "N"), **common)
 
@@ -144,18 +105,18 @@ def add_view(parser: argparse.ArgumentParser, has_light_direction: bool = True) 
     which.add_argument("--eye", type=vector, metavar="X,Y,Z", help="look from here, in metres")
     group.add_argument("--target", type=vector, metavar="X,Y,Z", help="look at this point (with --eye)")
     group.add_argument(
-        "--up", type=vector, metavar="X,Y,Z", default=(0.0, 0.0, 1.0), help="what is up in the picture (with --eye; default 0,0,1)"
+        "--up", type=direction, metavar="X,Y,Z", default=(0.0, 0.0, 1.0), help="what is up in the picture (with --eye; default 0,0,1)"
     )
     group.add_argument("--fov-y", type=degrees_between(0.0, 180.0), metavar="DEG", help="vertical field of view")
-    group.add_argument("--near", type=float, metavar="METRES", help="near distance of the view")
-    group.add_argument("--far", type=float, metavar="METRES", help="far distance of the view")
-    group.add_argument("--size", type=size, metavar="WxH", help="picture size in pixels (default: the scene's, 1280x720 for CAD files)")
+    group.add_argument("--near", type=finite, metavar="METRES", help="near distance of the view")
+    group.add_argument("--far", type=finite, metavar="METRES", help="far distance of the view")
+    group.add_argument("--size", type=picture_size, metavar="WxH", help="picture size in pixels (default: the scene's, 1280x720 for CAD files)")
     light = parser.add_argument_group("light").add_mutually_exclusive_group()
     light.add_argument(
         "--light", metavar="NAME", help="a sun, spot or point light of the scene (default: the strongest sun, else one from the upper left)"
     )
     if has_light_direction:
-        light.add_argument("--light-direction", type=vector, metavar="X,Y,Z", help="a sun; the direction towards it")
+        light.add_argument("--light-direction", type=direction, metavar="X,Y,Z", help="a sun; the direction towards it")
     else:
         parser.set_defaults(light_direction=None)
 
@@ -170,11 +131,20 @@ def add_inputs(parser: argparse.ArgumentParser) -> None:
         help=".blend or CAD file: .step .stp .stl .obj .ply .off .3mf .glb .gltf; a folder of such; or a pattern: parts/*.step",
     )
     group.add_argument(
-        "--deck", type=int, metavar="TRIANGLES", help="draw the example too: a procedural oil-platform deck of about so many triangles"
+        "--deck", type=between(FEWEST, MOST, is_whole=True), metavar="TRIANGLES", help="draw the example too: a procedural oil-platform deck of about so many triangles"
     )
-    group.add_argument("--example", type=int, metavar="TRIANGLES", help="the same, but only when no INPUT is named")
-    group.add_argument("--units", metavar="UNIT", help="unit of CAD files that do not say or say wrong: mm, cm, m, in, ft, …")
-    group.add_argument("--up-axis", metavar="AXIS", help="axis that points up in CAD files: X, Y, Z, -X, -Y, -Z")
+    group.add_argument(
+        "--example", type=between(FEWEST, MOST, is_whole=True), metavar="TRIANGLES", help="the same, but only when no INPUT is named"
+    )
+    group.add_argument(
+        "--units",
+        type=checked_by(metres_per_unit, "unit"),
+        metavar="UNIT",
+        help="unit of CAD files that do not say or say wrong: mm, cm, m, in, ft, …",
+    )
+    group.add_argument(
+        "--up-axis", type=checked_by(z_up_from, "axis"), metavar="AXIS", help="axis that points up in CAD files: X, Y, Z, -X, -Y, -Z"
+    )
     group.add_argument(
         "--crease-angle", type=degrees_between(-1e-9, 180.0), metavar="DEG", help="edges sharper than this look sharp (default 30)"
     )
@@ -201,7 +171,7 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
     for command in (preview, analyse):
         group = command.add_argument_group("output")
         group.add_argument(
-            "--passes", type=pass_list, metavar="PASS[,PASS…]", help=f"from {','.join(PASSES)} (default: combined; all but texel for npz)"
+            "--passes", type=pass_list(PASSES), metavar="PASS[,PASS…]", help=f"from {','.join(PASSES)} (default: combined; all but texel for npz)"
         )
         group.add_argument(
             "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"
@@ -274,9 +244,9 @@ def add_advise(commands: argparse._SubParsersAction) -> None:
         description="Try the combinations on each input, measure them, and propose the best for a budget of texels or a wanted error.",
     )
     group = command.add_argument_group("what is wanted").add_mutually_exclusive_group(required=True)
-    group.add_argument("--texels", type=int, metavar="N", help="the least error with this many texels in all maps together")
+    group.add_argument("--texels", type=positive, metavar="N", help="the least error with this many texels in all maps together")
     group.add_argument(
-        "--error", type=float, metavar="M", help="the fewest texels with which 95 %% of the pixels have an error m below this"
+        "--error", type=positive_number, metavar="M", help="the fewest texels with which 95 %% of the pixels have an error m below this"
     )
     search = command.add_argument_group("search")
     search.add_argument(
@@ -287,7 +257,7 @@ def add_advise(commands: argparse._SubParsersAction) -> None:
         help=f"frames of the animation, {MOST_FRAMES} of them are looked at (default: one)",
     )
     command.set_defaults(**NO_BATCH)
-    search.add_argument("--seconds", type=float, default=120.0, metavar="S", help="decide after this time at the latest (default 120)")
+    search.add_argument("--seconds", type=positive_number, default=120.0, metavar="S", help="decide after this time at the latest (default 120)")
     add_inputs(command)
     add_reporting(command)
     add_view(command)
@@ -307,7 +277,7 @@ def add_bench(commands: argparse._SubParsersAction) -> None:
     add_view(bench)
     add_method(bench, *SECTIONS)
     group = bench.add_argument_group("benchmark")
-    group.add_argument("--frames", type=int, default=7, metavar="N", help="frames that count, one more warms up (default 7)")
+    group.add_argument("--frames", type=positive, default=7, metavar="N", help="frames that count, one more warms up (default 7)")
     group.add_argument(
         "--rivals", type=rival_list, default=(), metavar="NAME[,NAME…]", help=f"Blender's engines to time too: {', '.join(RIVALS)}"
     )
@@ -328,8 +298,8 @@ def add_theory(commands: argparse._SubParsersAction) -> None:
         "theory", help="what the texts predict, without a scene", description="Warp parameter, splits, M_x, M_z, S."
     )
     view = theory.add_argument_group("view")
-    view.add_argument("--near", type=float, required=True, metavar="N", help="near distance")
-    view.add_argument("--far", type=float, required=True, metavar="F", help="far distance")
+    view.add_argument("--near", type=finite, required=True, metavar="N", help="near distance")
+    view.add_argument("--far", type=finite, required=True, metavar="F", help="far distance")
     view.add_argument(
         "--fov-y", type=degrees_between(0.0, 180.0), default=radians(60.0), metavar="DEG", help="vertical field of view (default 60)"
     )
@@ -342,9 +312,23 @@ def add_theory(commands: argparse._SubParsersAction) -> None:
     )
     view.add_argument("--size", type=size, metavar="WxH", help="picture size; with --map-size the resolution terms are included")
     view.add_argument("--curve", choices=("z",), help="add the error along the view, m_x(z) and m_z(z)")
-    view.add_argument("--points", type=int, default=65, metavar="N", help="points of the curve (default 65)")
+    view.add_argument("--points", type=between(2, 100_000, is_whole=True), default=65, metavar="N", help="points of the curve (default 65)")
     add_reporting(theory, folder=False)
     add_method(theory, "warp", "partition", "map")
+
+
+def view_mistake(args: argparse.Namespace) -> str | None:
+    """What is wrong with the arguments about the view together, whatever is looked at; None when nothing is."""
+    if args.near is not None and args.far is not None and args.near >= args.far:
+        return f"--near {args.near:g} must be smaller than --far {args.far:g}"
+    if args.target is not None and args.eye is None:
+        return "--target belongs to --eye X,Y,Z"
+    if args.eye is not None and args.eye == args.target:
+        return "--eye and --target are the same point: move one of them"
+    given = vars(args)
+    if given.get("option_eta") is not None and given.get("option_warp_parameter") is not None:
+        return "--eta and --warp-parameter set the same thing: give one of them"
+    return None
 
 
 def joined(argv: list[str]) -> list[str]:

@@ -24,11 +24,10 @@ from .comparing import against_truth, sentence
 from .errors import UserError
 from .images.png import encode_png
 from .inputs import open_deck, open_input
-from .job import Outcome
+from .job import Outcome, renderer
 from .light_view import SIZE as LIGHT_VIEW_SIZE
 from .light_view import light_picture
 from .outputs import recorded, write_bytes, write_json, write_npz, write_pass, written
-from .pipeline.renderer import shared_renderer
 from .pipeline.settings import PASSES, Settings
 from .properties import settings_from
 from .rendering import Request, render
@@ -175,7 +174,7 @@ def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: ar
         Course(job.scene, job.camera, job.light, job.settings, job.size, args.frames),
         scene,
         args.rivals,
-        shared_renderer(),
+        renderer(),
         lambda line: None if args.quiet else print(line, file=sys.stderr),
     )
     report = {**outcome.report, "bench": result}

@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from .job import queue_task
 from .pipeline.scene import Mark, Scene
 
 if TYPE_CHECKING:
@@ -124,17 +125,12 @@ def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> l
 def baking(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> Future[list[BakedImpostor | SceneError | GpuError]]:
     """The same, not waited for."""
     from .pipeline.impostor_bake import bake_all
-    from .pipeline.renderer import Request, shared_renderer
 
-    request = Request(job.scene, job.camera, job.light, job.settings, job.size, measure=False)
-    return bake_all(shared_renderer(), request, choice_for(groups, job.settings.impostor), unlit)
+    return queue_task(bake_all, job, choice_for(groups, job.settings.impostor), unlit)
 
 
 def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Future[Frame]:
     """The group as the camera of `frame` sees it, alone before nothing, in the job's light: the colours of a texture captured earlier."""
-    from .pipeline.renderer import Request, shared_renderer
-
     settings = job.settings.replaced(shading={"background": (0.0, 0.0, 0.0, 0.0), "display": "shaded"})
     rows = np.isin(job.scene.instances.object_id, group.object_ids)
-    size = frame.width, frame.height
-    return shared_renderer().submit(Request(job.scene, frame.camera(), job.light, settings, size, measure=False, shown=rows))[0]
+    return queue_task(None, job, camera=frame.camera(), settings=settings, size=(frame.width, frame.height), shown=rows)

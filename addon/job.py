@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
@@ -24,6 +24,8 @@ from .report import report_of
 
 if TYPE_CHECKING:
     from .pipeline.impostor_life import ImpostorChoice
+    from .pipeline.remote import RemoteRenderer
+    from .pipeline.renderer import Renderer, Task
 
 ENGINE_PASSES = ("combined", "depth", "normal", "shadow", "aliasing")
 MAX_PIXELS = 16384
@@ -89,6 +91,21 @@ def _pipeline() -> tuple[type, Callable]:
     except ImportError as error:
         raise GpuError(f"A library is missing ({error}): install the extension from its zip, which brings all of them.") from error
     return Request, shared_renderer
+
+
+def renderer() -> Renderer | RemoteRenderer:
+    """What draws pictures: on the worker of this process, or in a process of its own, as the machine is to be used."""
+    return _pipeline()[1]()
+
+
+def queue_task(task: Task | None, job: Job, *arguments: object, **changes: object) -> Future:
+    """A task of the renderer about the job's picture, queued where pictures are drawn; None: the picture itself, as a frame.
+
+    `changes` to the request, by the names of its fields. Raises `GpuError` when a library is missing.
+    """
+    request, shared = _pipeline()
+    asked = request(job.scene, job.camera, job.light, job.settings, job.size, measure=False)
+    return shared().submit(replace(asked, **changes), task, *arguments)[0]
 
 
 _importing: list[Thread] = []

@@ -26,7 +26,7 @@ from .option_words import (
     TEST_WORDS,
     WARP_WORDS,
 )
-from .pipeline.settings import BIASES, DISPLAYS, FILTER_UNITS, PCF_COUNTS, TESTS, Settings
+from .pipeline.settings import BIASES, DISPLAYS, FILTER_UNITS, LONGEST_M, PCF_COUNTS, TESTS, Settings
 
 OPTIONS: tuple[Option, ...] = (
     choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARPS, WARP_WORDS),
@@ -78,6 +78,7 @@ OPTIONS: tuple[Option, ...] = (
         "Log Bend",
         "0: texels grow evenly along the view; above: more of them near the eye; below: more far away (1/b of LogPSM 5.47)",
         low=-0.99,
+        high=1e6,
         soft=(-0.9, 4.0),
     ),
     choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITIONS, PARTITION_WORDS),
@@ -130,6 +131,7 @@ OPTIONS: tuple[Option, ...] = (
         "Margin",
         "Texels kept free at the map's border for the filter",
         low=0.0,
+        high=4095.0,
         soft=(0.0, 16.0),
         unit="texel",
     ),
@@ -173,6 +175,7 @@ OPTIONS: tuple[Option, ...] = (
         "Metres along the light for a constant bias, texels for slope-scaled and "
         "normal offset: too little makes acne, too much detaches shadows",
         low=0.0,
+        high=LONGEST_M,
         soft=(0.0, 4.0),
         start=1.0,
     ),
@@ -183,6 +186,7 @@ OPTIONS: tuple[Option, ...] = (
         "ε",
         "Depth difference below which nothing is in shadow (IDD §5.4)",
         low=0.0,
+        high=LONGEST_M,
         soft=(0.0, 1.0),
         unit="m",
         start=0.001,
@@ -194,6 +198,7 @@ OPTIONS: tuple[Option, ...] = (
         "ε far",
         "Depth difference above which everything is in shadow, whatever its number (IDD §5.4)",
         low=0.0,
+        high=LONGEST_M,
         soft=(0.0, 10.0),
         unit="m",
         start=0.1,
@@ -295,7 +300,7 @@ def typed(option: Option, value: object) -> object:
         return None
     try:
         return _CONVERTERS[option.kind](option, value)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise SettingsError(f"'{value}' is not a value for '{option.name}' ({option.kind}).") from error
 
 

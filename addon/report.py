@@ -98,7 +98,7 @@ def head_of(name: str, gl: dict[str, str], settings: Settings | None) -> dict[st
         "input": name,
         "version": extension_version(),
         "gl": {"renderer": gl.get("renderer"), "version": gl.get("version")},
-        "settings": settings.as_dict() if settings else None,
+        "settings": _finite(settings.as_dict()) if settings else None,
     }
 
 
@@ -143,7 +143,9 @@ def _partition(index: int, job: Job, plan: ShadowPlan, projection: ShadowProject
 
 
 def _finite(value: object) -> object:
-    """Infinite numbers as None, in lists too: JSON has no infinity."""
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
+    """Infinite numbers as None, in lists and dictionaries too: JSON has no infinity."""
+    if isinstance(value, dict):
+        return {key: _finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(one) for one in value]
     return known(value) if isinstance(value, float) else value

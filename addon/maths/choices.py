@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cache
 from math import inf
+from numbers import Integral, Real
+
+import numpy as np
 
 from ..errors import SettingsError
 
@@ -27,6 +32,40 @@ def require_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
     require(value in allowed, f"{name} is '{value}': choose one of {', '.join(allowed)}.")
 
 
+_KINDS: dict[str, tuple[str, Callable[[object], bool]]] = {
+    "str": ("text", lambda value: isinstance(value, str)),
+    "bool": ("true or false", lambda value: isinstance(value, bool | np.bool_)),
+    "int": ("a whole number", lambda value: isinstance(value, Integral) and not isinstance(value, bool)),
+    "float": ("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool)),
+}
+
+
+def require_types(choice: object) -> None:
+    """Raise `SettingsError` unless each field of a dataclass holds what its annotation says: a settings file may put anything there."""
+    for name, is_optional, kind, count in _annotated(type(choice)):
+        value = getattr(choice, name)
+        if value is None and is_optional:
+            continue
+        words, fits = _KINDS[kind]
+        if count is None:
+            require(fits(value), f"{name} is {value!r}, not {words}.")
+        else:
+            many = "numbers" if count is ... else f"{count} numbers"
+            require(isinstance(value, tuple) and count in (..., len(value)) and all(map(fits, value)), f"{name} is {value!r}, not {many}.")
+
+
+@cache
+def _annotated(kind: type) -> tuple[tuple[str, bool, str, object], ...]:
+    """(name, may be None, type, how many of a tuple) of a dataclass's fields: '...' any number, None no tuple."""
+    found = []
+    for one in fields(kind):
+        text = one.type.removesuffix(" | None")
+        inside = text.removeprefix("tuple[").removesuffix("]").split(", ")
+        count = None if text == inside[0] else ... if inside[-1] == "..." else len(inside)
+        found.append((one.name, text != one.type, inside[0], count))
+    return tuple(found)
+
+
 @dataclass(frozen=True, slots=True)
 class WarpChoice:
     """How texels are spread along the view: the parameterisation of one shadow map.
@@ -46,6 +85,7 @@ class WarpChoice:
     log_bend: float = 0.0
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_choice("Warp", self.kind, WARPS)
         require_choice("Convergence", self.convergence, CONVERGENCES)
         require(self.eta is None or -1.0 <= self.eta <= 1.0, "The warp's η must lie between −1 (uniform) and 1 (PSM).")
@@ -80,6 +120,7 @@ class PartitionChoice:
     cut: str = "halves"
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_choice("Partition", self.kind, PARTITIONS)
         require_choice("Cut", self.cut, CUTS)
         require(1 <= self.count <= 8, "The number of z partitions must lie between 1 and 8.")
@@ -118,6 +159,7 @@ class FitChoice:
     margin_texels: float = 1.0
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_choice("Fit", self.kind, FITS)
         require(16 <= self.size <= 16384, "The map size must lie between 16 and 16384 texels per side.")
         require(0.0 <= self.margin_texels < self.size / 4, "The margin must be smaller than a quarter of the map.")

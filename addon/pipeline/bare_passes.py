@@ -15,6 +15,7 @@ from ..maths.view import Camera
 from .device import Device
 from .gl_raw import GL_DEPTH_CLAMP
 from .programs import matrix_bytes, set_uniforms
+from .renderer import Request, Ticket, render_frame
 from .scene import Scene
 
 
@@ -63,6 +64,42 @@ class BarePasses:
         """Free the buffers."""
         for thing in (self._color_array, self._depth_array, *self._buffers):
             thing.release()
+
+
+class _Kept:
+    """The bare passes of the scene measured last. Released with the device."""
+
+    def __init__(self, device: Device) -> None:
+        self._device, self._scene, self._passes = device, None, None
+
+    def of(self, scene: Scene) -> BarePasses:
+        """Those of that scene, made when it is another one than before."""
+        if scene is not self._scene:
+            self.release()
+            self._passes, self._scene = BarePasses(self._device, scene), scene
+        return self._passes
+
+    def release(self) -> None:
+        """Free them; idempotent."""
+        if self._passes is not None:
+            self._passes.release()
+        self._scene = self._passes = None
+
+
+def _kept(device: Device) -> _Kept:
+    return device.attached("bare passes", lambda: _Kept(device))
+
+
+def timed(device: Device, request: Request, ticket: Ticket) -> tuple[float, float]:
+    """Milliseconds of the frame and of the bare passes of the same scene and view (a task of the renderer)."""
+    frame = render_frame(device, request, ticket)
+    bare = _kept(device).of(request.scene)
+    return ticket.timing_ms["total"], bare.draw(request.camera, frame.plan, request.size, request.settings.fit.size)
+
+
+def forget(device: Device, _request: Request, _ticket: Ticket) -> None:
+    """Free what `timed` has kept (a task of the renderer)."""
+    _kept(device).release()
 
 
 def merged(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

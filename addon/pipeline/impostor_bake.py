@@ -6,20 +6,18 @@ linear, and go on a few texels beyond the outline under alpha 0, so that filteri
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from dataclasses import replace
 
-import moderngl
 import numpy as np
 
 from ..errors import GpuError, SceneError
 from ..maths.relief import CaptureFrame
 from ..maths.relief_frame import capture_frame
 from .baked_impostor import BakedImpostor
-from .device import Device, device_of
+from .device import Device
 from .impostor_capture import capture, capture_bytes
 from .impostor_life import ImpostorChoice, ImpostorGroup
-from .renderer import Renderer, Request, Ticket, render_frame
+from .renderer import Request, Ticket, render_frame
 
 BORDER_TEXELS = 8
 PASSES = ("combined", "depth", "normal", "object")
@@ -113,17 +111,13 @@ def _around(image: np.ndarray) -> np.ndarray:
 
 
 def bake_all(
-    renderer: Renderer, request: Request, choice: ImpostorChoice, unlit: bool = False
-) -> Future[list[BakedImpostor | SceneError | GpuError]]:
-    """Every group of `choice` baked on the renderer's worker; in the place of one that could not be, its error."""
-
-    def work(context: moderngl.Context) -> list[BakedImpostor | SceneError | GpuError]:
-        device, out = device_of(context, renderer.worker), []
-        for group in choice.groups:
-            try:
-                out.append(bake(device, request, group, choice, unlit))
-            except (SceneError, GpuError) as error:
-                out.append(error)
-        return out
-
-    return renderer.worker.submit(work)
+    device: Device, request: Request, _ticket: Ticket, choice: ImpostorChoice, unlit: bool = False
+) -> list[BakedImpostor | SceneError | GpuError]:
+    """Every group of `choice` baked (a task of the renderer); in the place of one that could not be, its error."""
+    out = []
+    for group in choice.groups:
+        try:
+            out.append(bake(device, request, group, choice, unlit))
+        except (SceneError, GpuError) as error:
+            out.append(error)
+    return out

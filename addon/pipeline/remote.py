@@ -21,10 +21,9 @@ import moderngl
 import numpy as np
 
 from ..errors import Cancelled, GpuError
-from .frame import Frame
 from .machine import Machine, chosen
 from .remote_words import PACKAGE, receive, send
-from .renderer import Request, Ticket
+from .renderer import Request, Task, Ticket, render_frame
 from .scene import Scene
 
 PEER = "addon"  # the package's name in the other process
@@ -60,7 +59,7 @@ class _Child:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
         command = [sys.executable, "-P", "-m", f"{PEER}.pipeline.remote_child", PACKAGE]  # -P: no code from the current folder
         self.process = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        self.waiting: dict[int, tuple[Future[Frame], Ticket]] = {}
+        self.waiting: dict[int, tuple[Future, Ticket]] = {}
         self.is_over = False
         self._is_closing = False
         self._outbox: SimpleQueue[tuple | None] = SimpleQueue()
@@ -76,14 +75,14 @@ class _Child:
         """Leave a message to be written; None closes."""
         self._outbox.put(message)
 
-    def ask(self, number: int, request: Request, future: Future[Frame], ticket: Ticket) -> None:
-        """Ask for a frame; the future gets it, or the process's end as an error."""
+    def ask(self, number: int, request: Request, future: Future, ticket: Ticket, task: Task, arguments: tuple) -> None:
+        """Ask for a frame, or another task; the future gets its result, or the process's end as an error."""
         with self._lock:
             if self.is_over:
                 future.set_exception(GpuError("The rendering process has ended: try again."))
                 return
             self.waiting[number] = future, ticket
-        self.post(("render", number, request))
+        self.post(("render", number, request, task, arguments))
 
     def close(self, timeout_s: float = CLOSE_S) -> None:
         """End the process, which gives up what it is at, and the threads with it. One that does not end in time is killed."""
@@ -105,15 +104,15 @@ class _Child:
         with suppress(OSError):
             self.process.stdin.close()
 
-    def _with_scene_sent(self, number: int, request: Request) -> tuple:
-        """The message that asks for the frame; its scene is sent before it, unless it was the last one sent."""
+    def _with_scene_sent(self, number: int, request: Request, task: Task, arguments: tuple) -> tuple:
+        """The message that asks for the task; its scene is sent before it, unless it was the last one sent."""
         scene = request.scene
         if scene is not self._scene:
             keys = [mesh.key for mesh in scene.meshes]
             new = tuple(mesh for mesh in scene.meshes if mesh.key not in self._keys)
             send(self.process.stdin, ("scene", replace(scene, meshes=()), keys, new))
             self._scene, self._keys = scene, frozenset(keys)
-        return "render", number, replace(request, scene=None)
+        return "render", number, replace(request, scene=None), task, arguments
 
     def _read(self) -> None:
         with suppress(OSError, EOFError):
@@ -139,7 +138,7 @@ class _Child:
         _settle(future, content)
 
 
-def _settle(future: Future[Frame], content: object) -> None:
+def _settle(future: Future, content: object) -> None:
     with suppress(InvalidStateError):  # the caller has given up meanwhile
         if isinstance(content, Exception):
             future.set_exception(content)
@@ -154,13 +153,13 @@ class RemoteRenderer:
         self._child: _Child | None = None
         self._numbers = itertools.count()
 
-    def submit(self, request: Request) -> tuple[Future[Frame], Ticket]:
-        """Queue a frame; as `Renderer.submit`."""
+    def submit(self, request: Request, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
+        """Queue a frame, or another task; as `Renderer.submit`."""
         if self._child is None or self._child.is_over:
             self._child = _Child(chosen())
         child, number, future = self._child, next(self._numbers), Future()
         ticket = RemoteTicket(lambda: child.post(("cancel", number)))
-        child.ask(number, request, future, ticket)
+        child.ask(number, request, future, ticket, task or render_frame, arguments)
         return future, ticket
 
     def close(self) -> None:

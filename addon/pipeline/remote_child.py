@@ -14,9 +14,8 @@ from typing import BinaryIO
 from ..errors import Cancelled, GpuError, UserError
 from . import machine
 from .context import shutdown
-from .frame import Frame
 from .remote_words import receive, send
-from .renderer import Request, Ticket, shared_renderer
+from .renderer import Request, Task, Ticket, shared_renderer
 from .scene import Mesh, Scene
 
 
@@ -59,12 +58,12 @@ class Server:
         if ticket is not None:
             ticket.is_cancelled = True
 
-    def _render(self, number: int, request: Request) -> None:
+    def _render(self, number: int, request: Request, task: Task, arguments: tuple) -> None:
         ticket = self._tickets[number] = _Telling(lambda kind, content: self._tell(number, kind, content))
-        future = shared_renderer().queue(replace(request, scene=self._current), ticket)
+        future = shared_renderer().queue(replace(request, scene=self._current), ticket, task, *arguments)
         future.add_done_callback(lambda done: self._answer(number, done))
 
-    def _answer(self, number: int, done: Future[Frame]) -> None:
+    def _answer(self, number: int, done: Future) -> None:
         self._tickets.pop(number, None)
         try:
             self._tell(number, "done", done.result())
@@ -82,12 +81,14 @@ class Server:
 
 def main(peer: str) -> None:
     """Serve until standard input ends. Standard output is for messages alone: what drivers print goes to standard error."""
-    with os.fdopen(os.dup(1), "wb") as out:
-        os.dup2(2, 1)
-        server = Server(out)
-        while (message := receive(sys.stdin.buffer, peer)) is not None:
-            server.take(message)
-        shutdown()
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    server = Server(out)
+    while (message := receive(sys.stdin.buffer, peer)) is not None:
+        server.take(message)
+    shutdown()
+    with suppress(OSError):  # the last answer, where nobody reads it
+        out.close()
 
 
 if __name__ == "__main__":

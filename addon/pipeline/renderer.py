@@ -36,6 +36,8 @@ from .settings import Settings
 from .shadow_pass import ShadowMaps, draw_shadow_maps
 
 Progress = Callable[[float, str], None]
+Task = Callable[..., object]
+"""What the worker can be asked: a function of a module, called with (device, request, ticket, …); `render_frame` is one."""
 STAGES = ("sync", "upload", "gbuffer", "shadow", "shade", "readback")
 PRECISION_PLACES = 4096
 DATA_PASSES = ("shadow", "depth", "normal", "object", "partition", "aliasing")
@@ -118,14 +120,15 @@ class Renderer:
                     ticket.is_cancelled = True
                     future.cancel()
 
-    def submit(self, request: Request) -> tuple[Future[Frame], Ticket]:
-        """Queue a frame; set `ticket.is_cancelled` to give it up between stages."""
+    def submit(self, request: Request, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
+        """Queue a frame, or another task about one; set `ticket.is_cancelled` to give it up between stages."""
         ticket = Ticket()
-        return self.queue(request, ticket), ticket
+        return self.queue(request, ticket, task, *arguments), ticket
 
-    def queue(self, request: Request, ticket: Ticket) -> Future[Frame]:
-        """Queue a frame with a ticket of the caller's own."""
-        return self.worker.submit(lambda context: render_frame(device_of(context, self.worker), request, ticket), ticket.give_up)
+    def queue(self, request: Request, ticket: Ticket, task: Task | None = None, *arguments: object) -> Future:
+        """Queue a frame, or another task, with a ticket of the caller's own."""
+        work = task or render_frame
+        return self.worker.submit(lambda context: work(device_of(context, self.worker), request, ticket, *arguments), ticket.give_up)
 
 
 def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:

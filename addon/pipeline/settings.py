@@ -6,7 +6,7 @@ import dataclasses
 from dataclasses import dataclass, field
 from math import degrees
 
-from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, require_choice
+from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, require_choice, require_types
 from ..maths.relief_frame import CaptureChoice
 from ..maths.relief_life import LIMITS, LifeSettings
 
@@ -20,6 +20,8 @@ IMPOSTOR_USES = ("automatic", "manual", "off")
 IMPOSTOR_PROJECTIONS = ("perspective", "orthographic")
 IMPOSTOR_WARPS = ("inverse", "forward")
 IMPOSTOR_CASTERS = ("geometry", "impostor")
+LONGEST_M = 1e9
+BRIGHTEST = 100.0
 _LIFE, _CAPTURE = LifeSettings(), CaptureChoice()
 
 
@@ -50,13 +52,14 @@ class TestChoice:
     outlines: bool = False
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_choice("Shadow test", self.kind, TESTS)
         require_choice("Bias strategy", self.bias_strategy, BIASES)
         require(1 <= self.depths <= 8, "The number of depths per cell (n-SM) must lie between 1 and 8.")
         require(self.pcf in PCF_COUNTS, "PCF takes 1, 4, 9, 16 or 25 samples.")
         for name in ("bias", "epsilon", "epsilon_far"):
             value = getattr(self, name)
-            require(value is None or 0.0 <= value < 1e9, f"{name} must be a distance ≥ 0.")
+            require(value is None or 0.0 <= value <= LONGEST_M, f"{name} must be a distance from 0 to {LONGEST_M:g} m.")
         require_choice("Filter unit", self.filter_unit, FILTER_UNITS)
         require(self.filter_width is None or 0.0 < self.filter_width < 1e6, "The filter's width must be greater than 0.")
         require(self.filter_width is not None or self.filter_unit != "metre", "A filter in metres needs its width.")
@@ -89,8 +92,12 @@ class ShadingChoice:
     samples: int = 4
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_choice("Display", self.display, DISPLAYS)
-        require(0.0 <= self.light_strength <= 100.0, "The light strength must lie between 0 and 100.")
+        for name in ("ambient_sky", "ambient_ground", "clay", "background"):
+            usable = all(0.0 <= c <= BRIGHTEST for c in getattr(self, name))
+            require(usable, f"Every number of {name} must lie between 0 and {BRIGHTEST:g}.")
+        require(0.0 <= self.light_strength <= BRIGHTEST, "The light strength must lie between 0 and 100.")
         require(self.samples in (1, 4, 9, 16), "Camera samples per pixel: 1, 4, 9 or 16.")
 
 
@@ -130,6 +137,7 @@ class ImpostorSettings:
     casters: str = "geometry"
 
     def __post_init__(self) -> None:
+        require_types(self)
         require_choice("Impostors", self.use, IMPOSTOR_USES)
         require_choice("Impostor projection", self.projection, IMPOSTOR_PROJECTIONS)
         require_choice("Impostor warp", self.warp, IMPOSTOR_WARPS)

@@ -78,3 +78,34 @@ def test_only_ways_to_opengl_that_there_are_can_be_chosen_and_another_machines_c
     assert numbers["win32"] == numbers["darwin"] == {"auto": 0, "native": 2} and numbers["linux"] == {"auto": 0, "egl": 1, "native": 2}
     module.apply(SimpleNamespace(backend="", threads=0, memory_mib=0, is_separate=False))
     assert machine.chosen().backend == "auto"
+
+
+@pytest.fixture
+def no_opengl_here(room, monkeypatch):
+    """This process may make no OpenGL context of its own."""
+    room("pipeline.context").shutdown()
+
+    def refuse(_backend):
+        raise AssertionError("a context in Blender's own process")
+
+    monkeypatch.setattr(room("pipeline.context"), "create_context", refuse)
+
+
+WAYS = {
+    "baked": lambda room, blend, folder: room("api").impostors(size=(64, 48))[0].color,
+    "exported": lambda room, blend, folder: blend.ops.cad_shadow.impostor_export(directory=str(folder), to="FILES"),
+    "reported": lambda room, blend, folder: blend.ops.cad_shadow.impostor_report(),
+    "timed": lambda room, blend, folder: room("cli").main(
+        ["bench", str(folder / "cube.blend"), "--frames", "1", "--quiet", "--size", "64x48", "--report", str(folder / "r.json")]
+    ),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_process_of_its_own_does_all_that_opengl_does(preferences, cube_scene, blend, ball, room, tmp_path, no_opengl_here, way):
+    blend.ops.cad_shadow.impostor_create()
+    blend.ops.wm.save_as_mainfile(filepath=str(tmp_path / "cube.blend"))
+    preferences.is_separate = True
+    done = WAYS[way](room, blend, tmp_path)
+    assert done is not None
+    assert room("pipeline.remote").shared_remote()._child.process.poll() is None

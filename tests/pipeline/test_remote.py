@@ -1,16 +1,23 @@
 """The renderer in a process of its own gives what the one in this process gives, and outlives a process that dies."""
 
 import subprocess
+import errno
+import io
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from addon.batch.workers import worker_command
 from addon.errors import Cancelled, GpuError, SceneError
+from addon.impostors import choice_for, whole
 from addon.pipeline import machine
+from addon.pipeline.bare_passes import forget, timed
+from addon.pipeline.impostor_bake import bake_all
 from addon.pipeline.machine import Machine
 from addon.pipeline.remote import RemoteRenderer
+from addon.pipeline.remote_child import Server
 from addon.pipeline.renderer import DATA_PASSES, Request
 from addon.pipeline.scene import Instances, Scene
 from addon.pipeline.settings import Settings
@@ -68,6 +75,23 @@ def test_users_errors_come_through_and_the_process_goes_on(remote):
     assert remote._child.process is process
 
 
+def test_impostors_are_baked_there_as_here(renderer, remote):
+    scene = scenes.chair()
+    choice = choice_for(whole(scene, "chair"), SMALL.impostor)
+    there, here = (one.submit(asked(scene), bake_all, choice)[0].result(WAIT_S) for one in (remote, renderer))
+    for name in ("color", "depth_m", "back_m", "mask", "normal", "object_id"):
+        assert np.array_equal(getattr(there[0], name), getattr(here[0], name)), name
+    nothing = replace(choice, groups=(replace(choice.groups[0], object_ids=()),))
+    (error,) = remote.submit(asked(scene), bake_all, nothing)[0].result(WAIT_S)
+    assert isinstance(error, SceneError)
+
+
+def test_the_bench_times_what_is_drawn_there(remote):
+    ours, bare = remote.submit(asked(scenes.railing()), timed)[0].result(WAIT_S)
+    assert min(ours, bare) > 0.0
+    assert remote.submit(asked(scenes.railing()), forget)[0].result(WAIT_S) is None
+
+
 def test_a_frame_under_way_can_be_given_up(remote):
     large = asked(scenes.railing(), (1600, 1200), SMALL.replaced(shading={"samples": 16}))
     future, ticket = remote.submit(large)
@@ -87,6 +111,17 @@ def test_a_process_that_dies_costs_its_frame_and_is_replaced(remote):
         future.result(WAIT_S)
     assert remote.submit(asked(scenes.railing()))[0].result(WAIT_S).passes["combined"].shape == (32, 48, 4)
     assert remote._child is not child
+
+
+class Deaf(io.BytesIO):
+    """A pipe that nobody reads, as Windows has it: no BrokenPipeError, but errno 22."""
+
+    def write(self, _data):
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+
+def test_a_server_that_nobody_listens_to_does_not_fail():
+    Server(Deaf())._tell(0, "progress", (0.5, "shade"))
 
 
 def test_close_ends_the_process_and_its_threads(remote):

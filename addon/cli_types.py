@@ -1,0 +1,123 @@
+"""What the command line takes for a number, a size, a colour: parsers that refuse what cannot be meant. No bpy; nothing is done here."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+from math import inf, isfinite, radians
+
+from .errors import UserError
+from .job import MAX_PIXELS
+from .option import Option
+
+LEAST_PIXELS = 4
+"""Blender renders no picture that is smaller on a side."""
+
+
+def vector(text: str) -> tuple[float, float, float]:
+    """X,Y,Z."""
+    values = tuple(float(part) for part in text.split(","))
+    if len(values) != 3 or not all(map(isfinite, values)):
+        raise ValueError(text)
+    return values
+
+
+def direction(text: str) -> tuple[float, float, float]:
+    """X,Y,Z, not all 0."""
+    values = vector(text)
+    if not any(values):
+        raise argparse.ArgumentTypeError(f"{text} is no direction: give X,Y,Z, for example -1,-1,2")
+    return values
+
+
+def size(text: str) -> tuple[int, int]:
+    """WxH in pixels."""
+    match = re.fullmatch(r"(\d+)[x×X](\d+)", text)
+    if not match or not all(int(n) for n in match.groups()):
+        raise ValueError(text)
+    return int(match[1]), int(match[2])
+
+
+def picture_size(text: str) -> tuple[int, int]:
+    """WxH in pixels of a picture that can be made."""
+    values = size(text)
+    if not all(LEAST_PIXELS <= n <= MAX_PIXELS for n in values):
+        raise argparse.ArgumentTypeError(f"{text}: each side must lie between {LEAST_PIXELS} and {MAX_PIXELS} pixels")
+    return values
+
+
+picture_size.__name__ = "size"
+
+
+def degrees_between(low: float, high: float) -> Callable[[str], float]:
+    """A parser of degrees in the open interval, to radians."""
+
+    def angle(text: str) -> float:
+        if not low < float(text) < high:
+            raise argparse.ArgumentTypeError(f"{text} does not lie between {low:g} and {high:g} degrees")
+        return radians(float(text))
+
+    return angle
+
+
+def between(low: float, high: float, is_whole: bool = False) -> Callable[[str], float]:
+    """A parser of finite numbers in the closed interval."""
+
+    def number(text: str) -> float:
+        value = int(text) if is_whole else float(text)
+        if not (low <= value <= high and isfinite(value)):
+            raise argparse.ArgumentTypeError(f"{text} does not lie between {low:g} and {high:g}")
+        return value
+
+    number.__name__ = "whole number" if is_whole else "number"
+    return number
+
+
+finite = between(-inf, inf)
+positive_number = between(5e-324, inf)
+
+
+def checked_by(check: Callable[[str], object], name: str) -> Callable[[str], str]:
+    """A parser of words that `check` knows; its `UserError` is the complaint."""
+
+    def word(text: str) -> str:
+        try:
+            check(text)
+        except UserError as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+        return text
+
+    word.__name__ = name
+    return word
+
+
+def pass_list(known: tuple[str, ...]) -> Callable[[str], tuple[str, ...]]:
+    """A parser of comma-separated passes."""
+
+    def passes(text: str) -> tuple[str, ...]:
+        names = tuple(name.strip() for name in text.split(","))
+        unknown = [name for name in names if name not in known]
+        if unknown:
+            raise argparse.ArgumentTypeError(f"unknown pass '{unknown[0]}': choose from {','.join(known)}")
+        return tuple(dict.fromkeys(names))
+
+    return passes
+
+
+def numbers_of(option: Option) -> Callable[[str], tuple[float, ...]]:
+    """A parser of the option's numbers, as many as it has (a list of any length where it takes one), each in its range."""
+    one = between(option.low, option.high)
+
+    def numbers(text: str) -> tuple[float, ...]:
+        values = tuple(one(part) for part in text.split(","))
+        if option.kind == "color" and len(values) != len(option.default):
+            raise argparse.ArgumentTypeError(f"{text} has {len(values)} numbers, not {len(option.default)}")
+        return values
+
+    return numbers
+
+
+def number_of(option: Option) -> Callable[[str], float]:
+    """A parser of the option's number that checks its range. How large a map may be is for the machine to say."""
+    return between(option.low, inf if option.name == "map_size" else option.high, option.kind == "count")
