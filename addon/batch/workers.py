@@ -59,7 +59,7 @@ class Worker:
         process = self._running()
         if process is None:
             return failed_report(item.name, None, "Given up."), ""
-        with suppress(BrokenPipeError):
+        with suppress(OSError):  # it has ended: Windows says so with another error than BrokenPipeError
             process.stdin.write(json.dumps([item.source, item.name, str(item.stem)]) + "\n")
             process.stdin.flush()
             for line in process.stdout:
@@ -84,7 +84,7 @@ class Worker:
             process, self._process = self._process, None
         if process is None:
             return 0
-        with suppress(BrokenPipeError):
+        with suppress(OSError):
             process.stdin.close()
         code = process.wait()
         process.stdout.close()

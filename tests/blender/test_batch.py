@@ -1,5 +1,6 @@
 """Batches on the command line: folders and patterns, what is done stays done, crashes cost one input, one sheet of everything."""
 
+import errno
 import importlib
 import io
 import json
@@ -199,6 +200,25 @@ def test_a_crash_costs_only_the_input_it_happened_at(crashing, room):
     for name, report in answers.items():
         assert bool(report["errors"]) == ("crash" in name)
     assert "exit code 11" in answers["crash 1"]["errors"][0]
+
+
+class DeadPipe(io.StringIO):
+    """The pipe to a process that has ended, as Windows has it: no BrokenPipeError, but errno 22."""
+
+    def flush(self):
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+    def close(self):
+        super().close()
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+
+def test_a_pipe_that_breaks_as_on_windows_costs_its_input_alone(room):
+    workers, item = room("batch.workers"), room("batch.items").Item
+    worker = workers.Worker([])
+    worker._process = type("Dead", (), {"stdin": DeadPipe(), "stdout": io.StringIO(), "wait": lambda self: 3})()
+    report, _ = worker.answer(item("a", "a", Path("a")))
+    assert "exit code 3" in report["errors"][0]
 
 
 def test_giving_up_early_leaves_no_process_and_no_thread(crashing, room):
