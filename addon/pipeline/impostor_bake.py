@@ -111,11 +111,12 @@ def _around(image: np.ndarray) -> np.ndarray:
 
 
 def bake_all(
-    device: Device, request: Request, _ticket: Ticket, choice: ImpostorChoice, unlit: bool = False
+    device: Device, request: Request, ticket: Ticket, choice: ImpostorChoice, unlit: bool = False
 ) -> list[BakedImpostor | SceneError | GpuError]:
     """Every group of `choice` baked (a task of the renderer); in the place of one that could not be, its error."""
     out = []
-    for group in choice.groups:
+    for number, group in enumerate(choice.groups):
+        ticket.enter(number / len(choice.groups), "capturing")
         try:
             out.append(bake(device, request, group, choice, unlit))
         except (SceneError, GpuError) as error:
