@@ -10,6 +10,8 @@ from . import cad_files
 from .cad_import import to_blender
 from .cad_model import CadModel
 from .errors import CadFileError
+from .plain_text import shown_name
+from .user_files import note, opened
 
 BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
 
@@ -28,20 +30,32 @@ def open_input(source: str, units: str | None = None, up: str | None = None) -> 
 def open_blend(path: Path) -> bpy.types.Scene:
     """The active scene of a .blend file. Its scripts are not run. Raises `CadFileError` for what is not a readable .blend."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             start = file.read(8)
     except OSError as error:
         raise CadFileError(f"{path} cannot be read ({error.strerror}): check the path and the permissions.") from error
+    except ValueError as error:
+        raise CadFileError(f"{shown_name(str(path))} is no name that a file can have: check the path.") from error
     if not start.startswith(BLEND_MAGICS):
         raise CadFileError(
             f"{path.name} is not a Blender file, whatever its name says: give it its true suffix, or save it again from Blender."
         )
     try:
         bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False, use_scripts=False)
+    except UnicodeEncodeError as error:
+        raise CadFileError(f"{shown_name(path.name)} lies under a name that Blender cannot take: rename it in plain letters.") from error
     except RuntimeError as error:
         reason = " ".join(str(error).removeprefix("Error: ").split())
         raise CadFileError(f"{path.name} cannot be opened by Blender {bpy.app.version_string} ({reason}).") from error
+    _note_files()
     return bpy.context.scene
+
+
+def _note_files() -> None:
+    """Count what the open .blend links and shows as inputs: libraries and images."""
+    for one in (*bpy.data.libraries, *bpy.data.images):
+        if one.filepath and not one.packed_file:
+            note(Path(bpy.path.abspath(one.filepath, library=one.library)))
 
 
 def open_deck(triangles: int) -> tuple[bpy.types.Scene, tuple[str, ...]]:

@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[1]
 ADDON = ROOT / "addon"
 
 # From the bottom up. A module may import from its own layer and from those below. What is not named is a face of Blender.
-LAYERS = {"errors": 0, "maths": 1, "images": 1, "pipeline": 2, "shaders": 2, "snapshot": 3, "cad_files": 3, "cad_model": 3}
+LAYERS = {"errors": 0, "plain_text": 0, "user_files": 0, "maths": 1, "images": 1, "pipeline": 2, "shaders": 2}
+LAYERS |= {"snapshot": 3, "cad_files": 3, "cad_model": 3}
 FACES = 4
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60

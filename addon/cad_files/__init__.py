@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ..cad_model import CadModel
 from ..errors import CadFileError
+from ..plain_text import shown
 from .assemble import assemble
 from .gltf import read_gltf
 from .obj import read_obj
@@ -49,8 +50,8 @@ def read(path: str | Path, units: str | None = None, up: str | None = None) -> C
     file = checked_path(path)
     try:
         raw = READERS[file.suffix.lower()](file)
-    except CadFileError:
-        raise
+    except CadFileError as error:
+        raise CadFileError(shown(str(error))) from error
     except MemoryError as error:
         raise CadFileError(f"{file.name} needs more memory than there is: split it, or close other programs.") from error
     except Exception as error:  # a parser of a foreign format may fail in any way on damaged bytes
@@ -60,5 +61,5 @@ def read(path: str | Path, units: str | None = None, up: str | None = None) -> C
 
 
 def _reason(error: Exception) -> str:
-    text = " ".join(str(error).split())
+    text = shown(" ".join(str(error).split()))
     return f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__

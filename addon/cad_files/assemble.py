@@ -9,6 +9,7 @@ import numpy as np
 
 from ..cad_model import CadMaterial, CadMesh, CadModel, CadPart
 from ..errors import CadFileError
+from ..plain_text import shown
 from .cleaning import CleanPiece, clean_pieces, own_centre
 from .colors import color_slots
 from .raw import RawFile, RawPiece
@@ -41,7 +42,7 @@ def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> Cad
     if not any(p.mesh >= 0 for p in parts):
         raise CadFileError(f"{file.name} places all its parts at NaN or infinity: export it again.")
     used = tuple(m for m in meshes.values() if m is not None)
-    return CadModel(file.stem, used, parts, tuple(builder.materials), unit, scale, axis, tuple(warnings))
+    return CadModel(file.stem, used, parts, tuple(builder.materials), unit, scale, axis, tuple(map(shown, warnings)))
 
 
 def _matrices(raw: RawFile, scale: float, turn: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 from ..cad_model import CadMaterial
 from ..errors import CadFileError
 from .colors import rgba
+from .companions import Buffers
 from .raw import RawFile, RawNode, RawPiece
 
 UNREADABLE = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": "meshopt"}
@@ -19,13 +20,12 @@ UNREADABLE = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": 
 def read_gltf(path: Path) -> RawFile:
     """A `.glb` or `.gltf` with the files it refers to."""
     from trimesh.exchange.gltf import load_glb, load_gltf
-    from trimesh.resolvers import FilePathResolver
 
     data = path.read_bytes()
     header = _header(data)
     _refuse_unreadable(path, header)
     load = load_glb if data[:4] == b"glTF" else load_gltf
-    return from_trimesh(load(io.BytesIO(data), resolver=FilePathResolver(str(path))), header, path)
+    return from_trimesh(load(io.BytesIO(data), resolver=Buffers(path, header)), header, path)
 
 
 def read_glb_bytes(data: bytes, path: Path) -> RawFile:

@@ -5,21 +5,29 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..cad_model import CadMaterial
+from ..user_files import read_bytes
+from .companions import MOST_MATERIALS, note_all
+
+TEXTURES = (b"map_", b"bump", b"disp", b"decal", b"norm", b"refl")
 
 
 def read_mtl(path: Path) -> dict[bytes, CadMaterial]:
     """Materials by name. `Kd` is taken as linear, as Blender takes it; `d` (or 1 − `Tr`) is the opacity, `Pm` and `Pr` metalness and
-    roughness. Raises `OSError` when the file cannot be read; a number that cannot be read leaves the default."""
+    roughness. Textures are noted as inputs. Raises `OSError` when the file cannot be read; a number that cannot be leaves the default."""
     found: dict[bytes, dict[bytes, list[float]]] = {}
     current: dict[bytes, list[float]] = {}
-    for line in path.read_bytes().split(b"\n"):
+    textures = set()
+    for line in read_bytes(path, MOST_MATERIALS).split(b"\n"):
         words = line.split(None, 1)
         if len(words) < 2:
             continue
+        if words[0].lower().startswith(TEXTURES):
+            textures.update((words[1], words[1].split()[-1]))  # the whole line is the name, or its last word after options
         if words[0] == b"newmtl":
             current = found.setdefault(words[1].strip(), {})
         else:
             current[words[0]] = _floats(words[1])
+    note_all(path, (name.strip().decode("utf-8", "surrogateescape") for name in textures))
     return {name: _material(name, values) for name, values in found.items()}
 
 

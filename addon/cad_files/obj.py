@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from ..cad_model import CadMaterial
+from ..plain_text import shown_name
 from .colors import rgba
+from .companions import companion
 from .mtl import read_mtl
 from .polygons import triangulate
 from .raw import RawFile, RawNode, RawPiece
@@ -41,9 +43,7 @@ def read_obj(path: Path) -> RawFile:
     """An `.obj` file with its `.mtl` files; parts are the `o` groups, or the `g` groups of a file without any `o`."""
     lines = _sorted_lines(path.read_bytes().replace(b"\\\r\n", b" ").replace(b"\\\n", b" "), path.stem)
     raw = RawFile()
-    missing = _add_materials(raw, path, lines.libraries)
-    if missing:
-        raw.warnings.append(f"The material file {missing[0]} is missing: parts are grey. Put it beside {path.name}.")
+    _add_materials(raw, path, lines.libraries)
     vertices = table(lines.vertices, 3)
     normals = table(lines.normals, 3)[:, :3]
     for run in lines.runs.values():
@@ -79,20 +79,21 @@ def _sorted_lines(data: bytes, stem: str) -> _Lines:
         elif word == (b"o" if by_object else b"g"):
             part, run = rest.strip(), None
         elif word == b"mtllib":
-            out.libraries.append(rest.strip().decode("utf-8", "replace"))
+            out.libraries.append(rest.strip().decode("utf-8", "surrogateescape"))
     return out
 
 
-def _add_materials(raw: RawFile, path: Path, libraries: list[str]) -> list[str]:
-    """Read the material files that exist; the names of those that do not."""
-    missing = []
-    for name in libraries:
-        file = path.parent / name.strip('"').replace("\\", "/")
+def _add_materials(raw: RawFile, path: Path, libraries: list[str]) -> None:
+    """Read the material files; a line in the warnings says which of them cannot be."""
+    for name in dict.fromkeys(libraries):
+        file, title = companion(path, name), shown_name(name)
+        if file is None:
+            raw.warnings.append(f"The material file {title} is missing: parts are grey. Put it beside {path.name}.")
+            continue
         try:
             raw.materials.update(read_mtl(file))
-        except OSError:
-            missing.append(name)
-    return missing
+        except OSError as error:
+            raw.warnings.append(f"The material file {title} is not read ({error.strerror}): parts are grey.")
 
 
 def _piece(run: _Run, vertices: np.ndarray, normals: np.ndarray, materials: dict[object, CadMaterial]) -> RawPiece:

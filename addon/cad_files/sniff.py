@@ -7,6 +7,8 @@ import struct
 from pathlib import Path
 
 from ..errors import CadFileError
+from ..plain_text import shown_name
+from ..user_files import opened
 
 SUFFIXES = (".glb", ".gltf", ".stl", ".obj", ".ply", ".off", ".3mf", ".step", ".stp")
 SAME = {".stp": ".step"}
@@ -19,16 +21,18 @@ def checked_path(path: str | Path) -> Path:
     suffix = file.suffix.lower()
     if suffix not in SUFFIXES:
         raise CadFileError(f"{file.name} is no CAD file this program reads: give one of {' '.join(SUFFIXES)}.")
-    if file.is_dir():
-        raise CadFileError(f"{file} is a folder: give a CAD file inside it.")
     try:
-        with file.open("rb") as stream:
+        if file.is_dir():
+            raise CadFileError(f"{file} is a folder: give a CAD file inside it.")
+        with opened(file) as stream:
             head = stream.read(HEAD)
         size = file.stat().st_size
     except FileNotFoundError as error:
         raise CadFileError(f"{file} does not exist: check the path.") from error
     except OSError as error:
-        raise CadFileError(f"{file} cannot be read ({error.strerror}): check its permissions.") from error
+        raise CadFileError(f"{file} cannot be read ({error.strerror}): check it and its permissions.") from error
+    except ValueError as error:
+        raise CadFileError(f"{shown_name(str(file))} is no name that a file can have: check the path.") from error
     if not head:
         raise CadFileError(f"{file.name} is empty (0 bytes): export it again.")
     found = sniff(head, size)

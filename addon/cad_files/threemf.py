@@ -10,10 +10,12 @@ import numpy as np
 
 from ..cad_model import CadMaterial
 from ..errors import CadFileError
+from ..plain_text import shown_name
 from .colors import linear_from_srgb
 from .raw import RawFile, RawNode, RawPiece
 
 MAX_DEPTH = 64
+MAX_PARTS = 100_000  # components stand for components: a kilobyte can name more parts than there are atoms
 MAX_MODEL_BYTES = 2 << 30
 
 
@@ -22,7 +24,8 @@ def read_3mf(path: Path) -> RawFile:
     package = _Package(path)
     raw = RawFile(units=package.unit)
     for item in package.build:
-        package.place(raw, item, parent=-1, depth=0)
+        package.place(raw, item, ())
+    raw.warnings[:] = dict.fromkeys(raw.warnings)
     return raw
 
 
@@ -46,6 +49,7 @@ class _Package:
     """The parsed parts of one package; objects are keyed by (file inside the package, id)."""
 
     def __init__(self, path: Path) -> None:
+        self.name = path.name
         self.objects: dict[tuple[str, str], ElementTree.Element] = {}
         self.palettes: dict[tuple[str, str], list[CadMaterial]] = {}
         self.build: list[tuple[tuple[str, str], np.ndarray | None, str | None]] = []
@@ -75,22 +79,24 @@ class _Package:
                     ((_file_of(element, name), element.get("objectid", "")), _matrix(element.get("transform")), element.get("partnumber"))
                 )
 
-    def place(self, raw: RawFile, item: tuple, parent: int, depth: int) -> None:
-        """Add one build item or component and all below it."""
+    def place(self, raw: RawFile, item: tuple, above: tuple[tuple[tuple[str, str], int], ...]) -> None:
+        """Add one build item or component and all below it; `above` the objects that it is a component of, with their nodes."""
         key, matrix, number = item
-        if key not in self.objects or depth > MAX_DEPTH:
-            raw.warnings.append(f"Object {key[1]} is missing or contains itself: left out.")
+        if key not in self.objects or len(above) > MAX_DEPTH or any(key == other for other, _ in above):
+            raw.warnings.append(f"Object {shown_name(key[1])} is missing or contains itself: left out.")
             return
+        if len(raw.nodes) == MAX_PARTS:
+            raise CadFileError(f"{self.name} places more than {MAX_PARTS:,} parts: split it.")
         element = self.objects[key]
         name = element.get("name") or number or element.get("partnumber") or f"Object {key[1]}"
         mesh = next((e for e in element if _local(e.tag) == "mesh"), None)
         index = len(raw.nodes)
-        raw.nodes.append(RawNode(name, parent, key if mesh is not None else None, matrix))
+        raw.nodes.append(RawNode(name, above[-1][1] if above else -1, key if mesh is not None else None, matrix))
         if mesh is not None and key not in raw.meshes:
             raw.meshes[key] = (name, [self._piece(raw, key[0], element, mesh)])
         for component in (c for e in element if _local(e.tag) == "components" for c in e):
             below = ((_file_of(component, key[0]), component.get("objectid", "")), _matrix(component.get("transform")), None)
-            self.place(raw, below, index, depth + 1)
+            self.place(raw, below, (*above, (key, index)))
 
     def _piece(self, raw: RawFile, file: str, element: ElementTree.Element, mesh: ElementTree.Element) -> RawPiece:
         vertices = [(v.get("x"), v.get("y"), v.get("z")) for e in mesh if _local(e.tag) == "vertices" for v in e]

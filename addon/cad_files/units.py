@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import CadFileError
+from ..plain_text import shown_name
 
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
 LONG_NAMES = {
@@ -44,7 +45,7 @@ def metres_per_unit(unit: str) -> tuple[str, float]:
     """(short name, metres) of a unit given by short or long name; raises `CadFileError` for an unknown one."""
     short = LONG_NAMES.get(unit.strip().lower(), unit.strip().lower())
     if short not in METRES_PER_UNIT:
-        raise CadFileError(f"'{unit}' is no unit this program knows: choose one of {', '.join(METRES_PER_UNIT)}.")
+        raise CadFileError(f"'{shown_name(unit)}' is no unit this program knows: choose one of {', '.join(METRES_PER_UNIT)}.")
     return short, METRES_PER_UNIT[short]
 
 
@@ -60,5 +61,5 @@ def z_up_from(up: str) -> np.ndarray:
     }
     key = up.strip().upper()
     if key not in rotations:
-        raise CadFileError(f"'{up}' is no up axis: choose one of {', '.join(UPS)}.")
+        raise CadFileError(f"'{shown_name(up)}' is no up axis: choose one of {', '.join(UPS)}.")
     return rotations[key].astype(np.float64)
