@@ -5,52 +5,112 @@ from __future__ import annotations
 import io
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
+from . import user_files
 from .errors import OutputError
 from .images.exr import encode_exr
 from .images.passes import channels_of, picture_of
 from .images.png import encode_png
 from .job import Outcome
+from .scratch import PART, beside
 
-_records: list[list[Path]] = []
+_records: list[tuple[str, list[Path]]] = []
+_claims: list[dict[Path, str]] = []
 
 
 @contextmanager
-def recorded() -> Iterator[list[Path]]:
-    """A list that while this lasts gets the absolute path of every file written, in order."""
+def recorded(owner: str = "") -> Iterator[list[Path]]:
+    """A list that while this lasts gets the absolute path of every file written, in order; `owner` is the input that they belong to."""
     paths: list[Path] = []
-    _records.append(paths)
+    _records.append((owner, paths))
     try:
         yield paths
     finally:
-        _records.remove(paths)
+        _records.pop()
 
 
 @contextmanager
-def written(path: Path) -> Iterator[Path]:
+def run_of_results() -> Iterator[None]:
+    """While this lasts no file is written for two owners: the second is refused."""
+    _claims.append({})
+    try:
+        yield
+    finally:
+        _claims.pop()
+
+
+def claim(path: Path, owner: str) -> None:
+    """Note that a file was written for `owner`; raises `OutputError` when the same run wrote it for another."""
+    for claims in _claims:
+        if claims.setdefault(path, owner) != owner:
+            raise OutputError(f"{path} was written for {claims[path]} in this run: give the results of {owner} another name or folder.")
+
+
+def check_target(path: Path) -> None:
+    """Raise `OutputError` when `path` is there and is not a plain file that may be replaced: a device, a link, an input of this run."""
+    try:
+        state = path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    except OSError as error:
+        raise _cannot(path, error) from error
+    except ValueError as error:
+        raise _cannot(path, "no file can have this name") from error
+    kind = user_files.kind_of(state.st_mode)
+    if kind is not None:
+        raise OutputError(f"{path} is {kind}, not a file: choose another name.")
+    if user_files.is_input(path):
+        raise OutputError(f"{path} is an input of this run and stays as it is: choose another name or folder.")
+    if not os.access(path, os.W_OK):
+        raise OutputError(f"{path} is write-protected and stays as it is: choose another name or folder.")
+
+
+@contextmanager
+def written(path: Path, check: Callable[[Path], None] | None = None) -> Iterator[Path]:
     """A temporary path with the target's suffix to write to; it becomes `path` when the block ends well and vanishes when it does not.
 
-    Raises `OutputError` when the folder cannot be made or written.
+    `check` raises `ValueError` for a file that is not whole: for writers that do not say when the disk is full. Raises `OutputError` when
+    the folder cannot be made or written, the target is no plain file or an input of this run, or what was written is not whole.
     """
     path = path.absolute()
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
+        check_target(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.touch()
-        yield temporary
-        os.replace(temporary, path)
-        for paths in _records:
+        with beside(path.parent) as place:
+            temporary = place / f"{PART}{path.suffix}"
+            yield temporary
+            _complete(path, temporary, check)
+            check_target(path)
+            claim(path, _records[-1][0] if _records else "")
+            os.replace(temporary, path)
+        for _, paths in _records:
             paths.append(path)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise OutputError(f"{path} cannot be written ({reason}): choose another folder with --output, or make room.") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        raise _cannot(path, error) from error
+
+
+def _complete(path: Path, temporary: Path, check: Callable[[Path], None] | None) -> None:
+    """Have the disk take all that was written for `path`, and see that it is whole."""
+    try:
+        with temporary.open("r+b") as file:
+            os.fsync(file.fileno())
+        if check is not None:
+            check(temporary)
+    except FileNotFoundError as error:
+        raise _cannot(path, "nothing came out") from error
+    except ValueError as error:
+        raise _cannot(path, f"the file came out damaged: {error}") from error
+
+
+def _cannot(path: Path, reason: OSError | str) -> OutputError:
+    if isinstance(reason, OSError):
+        reason = reason.strerror or " ".join(str(reason).split())
+    return OutputError(f"{path} cannot be written ({reason}): choose another folder with --output, or make room.")
 
 
 def write_bytes(path: Path, data: bytes) -> None:
