@@ -23,6 +23,7 @@ from .api_impostors import Impostor, ImpostorPath, impostor_path, impostors
 from .api_view import View
 from .errors import OutputError
 from .images.passes import picture_of
+from .images.whole import check_picture
 from .job import ENGINE_PASSES, Outcome
 from .maths.theory import theory as predict
 from .maths.view import Camera, Light
@@ -90,7 +91,7 @@ class Preview:
         elif path.suffix == ".json":
             outputs.write_json(path, self.report)
         elif path.suffix == ".png" and passes == ("combined",):
-            with outputs.written(path) as temporary:
+            with outputs.written(path, check_picture) as temporary:
                 image_editor.save_as_render(image_editor.to_image(self.combined), temporary, bpy.context.scene)
         elif path.suffix in (".png", ".exr") and len(passes) == 1:
             outputs.write_pass(path, passes[0], self.outcome)

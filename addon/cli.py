@@ -10,33 +10,49 @@ import os
 import sys
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
-from .cli_batch import run_inputs, run_worker
+from .cli_batch import claim_results, report_mistake, run_inputs, run_worker
 from .cli_impostor_options import path_mistake
 from .cli_options import build_parser, joined, view_mistake
 from .combinations import idle, named
 from .errors import SettingsError, UserError
 from .options import with_options
-from .outputs import json_text, write_json
+from .outputs import check_target, json_text, recorded, run_of_results, write_json
 from .pipeline.settings import Settings
+from .stopping import heeded
+from .terminal import Closed, complain, flushed, make_ready, told
+from .user_files import read_bytes, run_of_inputs
 
 DONE, FAILED, MISUSED = 0, 1, 2
 BENCH_TRIANGLES = 1_000_000
+MOST_SETTINGS = 1 << 20
 
 
 def main(argv: list[str]) -> int:
     """Run one command; gives the exit code."""
-    parser = build_parser()
+    make_ready()
     try:
-        args = parser.parse_args(joined(argv))
+        with run_of_inputs(), run_of_results():
+            code = _run(argv)
+    except KeyboardInterrupt:
+        complain("cad_shadow: stopped.")
+        code = FAILED
+    return code if flushed() else max(code, FAILED)
+
+
+def _run(argv: list[str]) -> int:
+    try:
+        args = build_parser().parse_args(joined(argv))
         args.from_file = read_settings(args.settings)
+        if args.report:
+            check_target(Path(args.report))
     except SystemExit as stop:
         return int(stop.code or 0)
     except UserError as error:
-        print(f"cad_shadow: {error}", file=sys.stderr)
+        complain(f"cad_shadow: {error}")
         return MISUSED
     if args.command == "theory":
         return theory_command(args)
@@ -44,22 +60,25 @@ def main(argv: list[str]) -> int:
         args.deck = BENCH_TRIANGLES
     if not args.inputs and args.deck is None:
         args.deck = args.example
-    if not args.inputs and args.deck is None:
-        print(
-            f"cad_shadow {args.command}: no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000",
-            file=sys.stderr,
-        )
-        return MISUSED
-    mistake = path_mistake(args) if args.command == "impostor-path" else None
-    if mistake is not None:
-        print(f"cad_shadow {args.command}: {mistake}", file=sys.stderr)
-        return MISUSED
     args.argv = argv
-    with chatter_silenced() as out:
+    mistake = _mistake(args)
+    if mistake is not None:
+        complain(f"cad_shadow {args.command}: {mistake}")
+        return MISUSED
+    with chatter_silenced() as out, heeded(args.worker):
         if args.worker:
             run_worker(args, out)
             return DONE
         return finish(args, run_inputs(args), out)
+
+
+def _mistake(args: argparse.Namespace) -> str | None:
+    """What is wrong with arguments together, in words."""
+    if not args.inputs and args.deck is None:
+        return "no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000"
+    if args.command == "impostor-path" and (mistake := path_mistake(args)):
+        return mistake
+    return report_mistake(args)
 
 
 def read_settings(path: str | None) -> dict[str, object]:
@@ -67,7 +86,7 @@ def read_settings(path: str | None) -> dict[str, object]:
     if path is None:
         return {}
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        content = tomllib.loads(read_bytes(Path(path), MOST_SETTINGS).decode())
         overlaid(Settings(), content)
     except OSError as error:
         raise SettingsError(f"Settings file {path} cannot be read ({error.strerror}): check the path.") from error
@@ -127,17 +146,17 @@ def theory_command(args: argparse.Namespace) -> int:
         if args.report:
             write_json(Path(args.report), result)
     except SettingsError as error:
-        print(f"cad_shadow theory: {error}", file=sys.stderr)
+        complain(f"cad_shadow theory: {error}")
         return MISUSED
     except UserError as error:
-        print(f"cad_shadow theory: {error}", file=sys.stderr)
+        complain(f"cad_shadow theory: {error}")
         return FAILED
     for line in () if args.quiet else idle_options(settings, args):
-        print(f"cad_shadow theory: {line}", file=sys.stderr)
+        complain(f"cad_shadow theory: {line}")
     if args.json:
-        print(json_text(result))
-    elif not args.quiet:
-        print(text_report(result, args.fov_y / 2.0, settings.warp, settings.partition))
+        return DONE if told(sys.stdout, json_text(result)) else FAILED
+    if not args.quiet and not told(sys.stdout, text_report(result, args.fov_y / 2.0, settings.warp, settings.partition)):
+        return FAILED
     return DONE
 
 
@@ -147,27 +166,31 @@ def finish(args: argparse.Namespace, reports: list[dict[str, object]], out: Text
     failed = any(report["errors"] for report in reports)
     if args.report:
         try:
-            write_json(Path(args.report), whole)
+            claim_results(args, reports)
+            with recorded(reports[0]["input"] if len(reports) == 1 else "all inputs together"):
+                write_json(Path(args.report), whole)
         except UserError as error:
-            print(f"cad_shadow: {error}", file=sys.stderr)
+            complain(f"cad_shadow: {error}")
             failed = True
-    if args.json:
-        print(json_text(whole), file=out, flush=True)
+    if args.json and not told(out, json_text(whole)):
+        failed = True
     return FAILED if failed else DONE
 
 
 @contextmanager
 def chatter_silenced() -> Iterator[TextIO]:
     """Blender prints to the process's standard output from C. While this lasts that goes nowhere; what is yielded is the real one."""
-    sys.stdout.flush()
+    flushed()
     real = os.dup(1)
     nowhere = os.open(os.devnull, os.O_WRONLY)
+    out = sys.stdout if isinstance(sys.stdout, Closed) else os.fdopen(os.dup(real), "w", encoding="utf-8")
     try:
         os.dup2(nowhere, 1)
-        with os.fdopen(os.dup(real), "w", encoding="utf-8") as out:
-            yield out
+        yield out
     finally:
-        sys.stdout.flush()
+        with suppress(OSError):  # what nobody could get has been complained about
+            out.close()
+        flushed()
         os.dup2(real, 1)
         os.close(real)
         os.close(nowhere)

@@ -8,12 +8,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
+from . import stopping
 from .batch.items import Item, items_of
 from .batch.progress import Progress
-from .batch.stamp import done_before, request_digest
+from .batch.stamp import KEY, done_before, request_digest
 from .batch.workers import Answer, answers, serve
 from .errors import UserError
+from .outputs import check_target, claim, recorded
+from .plain_text import shown, shown_name
+from .report import failed_report
+from .terminal import complain
+from .user_files import note
 
+LONGEST = 300
 UNCHANGED = "done before, unchanged"
 
 
@@ -22,14 +29,41 @@ def is_batch(args: argparse.Namespace, items: list[Item]) -> bool:
     return len(items) > 1 or args.worker or args.resume or args.contact_sheet
 
 
+def report_mistake(args: argparse.Namespace) -> str | None:
+    """What is wrong with where --report goes, in words: over an input, or over what the run writes. Inputs are noted from here on."""
+    items = items_of(args)
+    for item in items:
+        if item.source is not None:
+            note(Path(item.source))
+    if not args.report or args.worker:
+        return None
+    report = Path(args.report).absolute()
+    try:
+        check_target(report)
+    except UserError as error:
+        return f"--report: {error}"
+    others = [item.report_path.absolute() for item in items] if len(items) > 1 else []
+    if report in others:
+        return f"--report {args.report} is where the report of one of the inputs goes: choose another name"
+    return None
+
+
+def claim_results(args: argparse.Namespace, reports: list[dict[str, object]]) -> None:
+    """Note what worker processes have written as results of this run; raises `OutputError` where two inputs wrote the same file."""
+    folder = Path(args.output or ".").absolute()
+    for report in reports:
+        for made in report.get(KEY, {}).get("files", ()):
+            claim(folder / made["name"], report["input"])
+
+
 def run_inputs(args: argparse.Namespace) -> list[dict[str, object]]:
-    """One report per input, in order. Says what happened; errors also with --quiet."""
+    """One report per input, in order. Says what happened; errors also with --quiet. An input that was not come to is a failed one."""
     items, folder = items_of(args), Path(args.output or ".")
     args.is_batch = is_batch(args, items)
-    digest = request_digest(args)
     progress = Progress(len(items), sys.stderr, args.quiet)
     reports: dict[Item, dict[str, object]] = {}
     try:
+        digest = request_digest(args) if args.resume else ""
         for item in items if args.resume else ():
             report = done_before(item, digest, folder)
             if report is not None:
@@ -37,12 +71,14 @@ def run_inputs(args: argparse.Namespace) -> list[dict[str, object]]:
         todo = [item for item in items if item not in reports]
         for item, answer in _work(args, todo):
             _told(progress, reports, len(items), item, answer)
+        stopping.check()
+        if args.contact_sheet:
+            _write_sheet(args, items, [reports[item] for item in items])
+    except KeyboardInterrupt:
+        progress.complain(f"cad_shadow: stopped; {len(reports)} of {len(items)} inputs were come to")
     finally:
         progress.close()
-    ordered = [reports[item] for item in items]
-    if args.contact_sheet:
-        _write_sheet(args, items, ordered)
-    return ordered
+    return [reports.get(item) or failed_report(item.name, None, stopping.STOPPED) for item in items]
 
 
 def _work(args: argparse.Namespace, todo: list[Item]) -> Iterator[tuple[Item, Answer]]:
@@ -59,11 +95,11 @@ def _told(progress: Progress, reports: dict[Item, dict[str, object]], total: int
     report, line = answer
     reports[item] = report
     for error in report["errors"]:
-        progress.complain(f"cad_shadow: {item.name}: {error}")
+        progress.complain(f"cad_shadow: {shown_name(item.name, LONGEST)}: {shown(error)}")
     if not report["errors"]:
-        progress.say(f"[{len(reports)}/{total}] {item.name}: {line}")
+        progress.say(f"[{len(reports)}/{total}] {shown_name(item.name, LONGEST)}: {line}")
         for warning in report["warnings"] if line != UNCHANGED else ():
-            progress.say(f"    {warning}")
+            progress.say(f"    {shown(warning)}")
     progress.advance()
 
 
@@ -73,9 +109,10 @@ def _write_sheet(args: argparse.Namespace, items: list[Item], reports: list[dict
 
     folder = Path(args.output or ".")
     try:
-        write_sheet(folder / NAME, *batch_sheet(reports, [item.stem.relative_to(folder).as_posix() for item in items], folder))
+        with recorded("the contact sheet"):
+            write_sheet(folder / NAME, *batch_sheet(reports, [item.stem.relative_to(folder).as_posix() for item in items], folder))
     except UserError as error:
-        print(f"cad_shadow: {error}", file=sys.stderr)
+        complain(f"cad_shadow: {error}")
         reports[-1]["errors"].append(str(error))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -22,9 +21,11 @@ from .impostors import baked, choice_for
 from .job import Job
 from .outputs import write_bytes, write_json
 from .pipeline.baked_impostor import BakedImpostor
+from .plain_text import shown_name
 from .rendering import Request, read
 from .report import head_of
 from .snapshot import marked_instead
+from .terminal import complain
 
 MIB = 1 << 20
 TOLD_EVERY = 10
@@ -64,7 +65,7 @@ def impostor_command(scene: bpy.types.Scene, request: Request, stem: Path, args:
 def _line(result: BakedImpostor, files: list[Path]) -> str:
     frame = result.frame
     return (
-        f"{result.name}: {result.triangles:,} triangles in {frame.width}×{frame.height} texels, {result.bytes / MIB:.1f} MiB, "
+        f"{shown_name(result.name)}: {result.triangles:,} triangles in {frame.width}×{frame.height} texels, {result.bytes / MIB:.1f} MiB, "
         f"wrote {next(path.name for path in files if path.suffix == '.json')} and {len(files) - 1} more files"
     )
 
@@ -119,7 +120,7 @@ def summary(report: dict[str, object]) -> str:
     lines = [f"{len(report['frames'])} frames, {report['regenerations']} regenerations; {worst}"]
     for one in report["impostors"]:
         stages = ", ".join(f"{count} {stage}" for stage, count in one["stages"].items())
-        lines.append(f"    {one['name']}: {stages}")
+        lines.append(f"    {shown_name(one['name'])}: {stages}")
     return "\n".join(lines)
 
 
@@ -130,7 +131,7 @@ def _teller(pictures: Path | None, is_quiet: bool) -> Callable[[PathFrame], None
         row = frame.row()
         if not is_quiet and (row["stage"] == "regenerated" or frame.index % TOLD_EVERY == 0):
             quality = "" if row["psnr_db"] is None else f", {row['psnr_db']:.1f} dB"
-            print(f"    frame {frame.index}: {row['stage']}{quality}", file=sys.stderr)
+            complain(f"    frame {frame.index}: {row['stage']}{quality}")
         if pictures is not None:
             picture = np.rint(255.0 * srgb(frame.picture)).astype(np.uint8)
             write_bytes(pictures.with_name(f"{pictures.name}_path_{frame.index:04d}.png"), encode_png(picture))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,9 +10,9 @@ from pathlib import Path
 
 import bpy
 
-from . import presets, register, unregister
+from . import presets, register, stopping, unregister
 from .batch.items import Item
-from .batch.stamp import request_digest, stamp_of, stamped
+from .batch.stamp import companions_of, request_digest, stamp_of, stamped
 from .batch.workers import Answer
 from .bench import Course, run, text_table
 from .cli import chosen_settings, idle_options
@@ -23,6 +22,7 @@ from .cli_sun import sun_study_command
 from .comparing import against_truth, sentence
 from .errors import UserError
 from .images.png import encode_png
+from .images.whole import check_picture
 from .inputs import open_deck, open_input
 from .job import Outcome, renderer
 from .light_view import SIZE as LIGHT_VIEW_SIZE
@@ -32,15 +32,18 @@ from .pipeline.settings import PASSES, Settings
 from .properties import settings_from
 from .rendering import Request, render
 from .report import failed_report
+from .terminal import complain
 from .truth.compare import COMPARED_PASSES
+from .user_files import Key, Noted, run_of_inputs
 from .views import Lens, camera_maker, light_maker
 
 
 def answers_here(items: list[Item], args: argparse.Namespace) -> Iterator[tuple[Item, Answer]]:
-    """Every item with its report and a line that sums it up, in order, made in this process."""
+    """Every item with its report and a line that sums it up, in order, made in this process, until it is asked to stop."""
     with registered():
         for item in items:
             yield item, one(item, args)
+            stopping.check()
 
 
 @contextmanager
@@ -58,36 +61,57 @@ def registered() -> Iterator[None]:
 
 def one(item: Item, args: argparse.Namespace) -> Answer:
     """The report of one input, and a line that sums it up; a failure is a report too."""
-    settings = None
+    settings: list[Settings] = []
+    try:
+        with run_of_inputs() as noted, recorded(item.name) as files:
+            return _made(item, args, settings, noted, files)
+    except KeyboardInterrupt:
+        message = stopping.STOPPED
+    except UserError as error:
+        message = stopping.STOPPED if stopping.is_asked() else str(error)
+    except MemoryError:
+        message = "It needs more memory than there is: choose a smaller picture, or split the model."
+    except OSError as error:
+        message = f"{error.filename or item.name} cannot be read or written ({error.strerror or error})."
+    except Exception as error:  # a defect of ours must not cost the inputs that follow
+        complain(traceback.format_exc().rstrip())
+        message = f"{type(error).__name__}: {error}: please report this."
+    return failed_report(item.name, settings[0] if settings else None, message), ""
+
+
+def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted: dict[Key, Noted], files: list[Path]) -> Answer:
+    """Open, render, write, report; `settings` gets those that are used as soon as they are known."""
+    stamp = _stamp(item, args)
+    scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
+    stopping.check()
+    if args.preset is not None:
+        presets.apply(scene, args.preset)
+    settings.append(chosen_settings(settings_from(scene.cad_shadow), args))
+    if args.crease_angle is not None:
+        scene.cad_shadow.crease_angle = args.crease_angle
+    report, line = COMMANDS[args.command](scene, request_for(item.name, args, settings[0], warnings), item.stem, args)
+    if stamp is None:
+        return report, line
+    return _stamped(report, {**stamp, "companions": companions_of(item, noted)}, files, item, args), line
+
+
+def _stamp(item: Item, args: argparse.Namespace) -> dict[str, object] | None:
+    """What a batch's report notes of what it is made from; None outside a batch, and where there is no such input."""
     try:
         is_stamped = args.is_batch and (item.source is None or Path(item.source).is_file())
-        stamp = stamp_of(item, request_digest(args)) if is_stamped else None
-        scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
-        if args.preset is not None:
-            presets.apply(scene, args.preset)
-        settings = chosen_settings(settings_from(scene.cad_shadow), args)
-        if args.crease_angle is not None:
-            scene.cad_shadow.crease_angle = args.crease_angle
-        with recorded() as files:
-            report, line = COMMANDS[args.command](scene, request_for(item.name, args, settings, warnings), item.stem, args)
-        return _stamped(report, stamp, files, item, args), line
-    except UserError as error:
-        return failed_report(item.name, settings, str(error)), ""
-    except Exception as error:  # a defect of ours must not cost the inputs that follow
-        traceback.print_exc()
-        return failed_report(item.name, settings, f"{type(error).__name__}: {error}: please report this."), ""
+        return stamp_of(item, request_digest(args)) if is_stamped else None
+    except OSError:  # opening it says why
+        return None
 
 
 def _stamped(
-    report: dict[str, object], stamp: dict[str, object] | None, files: list[Path], item: Item, args: argparse.Namespace
+    report: dict[str, object], stamp: dict[str, object], files: list[Path], item: Item, args: argparse.Namespace
 ) -> dict[str, object]:
     """In a batch the report, in its file too, also says what it was made from and what was written."""
-    if stamp is None:
-        return report
-    folder = Path(args.output or ".")
-    inside = [path for path in files if path.is_relative_to(folder.absolute()) and path != item.report_path.absolute()]
+    folder, own = Path(args.output or "."), item.report_path.absolute()
+    inside = [path for path in dict.fromkeys(files) if path.is_relative_to(folder.absolute()) and path != own]
     report = stamped(report, stamp, inside, folder)
-    if item.report_path.absolute() in files:
+    if own in files:
         write_json(item.report_path, report)
     return report
 
@@ -109,7 +133,7 @@ def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse
     written_files = []
     if args.format != "npz" and "combined" in wanted:
         path = stem.with_name(f"{stem.name}_combined.{args.format}")
-        with written(path) as temporary:
+        with written(path, check_picture) as temporary:
             outcome = render(scene, request, temporary)
         written_files.append(path.name)
     else:
@@ -175,7 +199,7 @@ def bench_command(scene: bpy.types.Scene, request: Request, stem: Path, args: ar
         scene,
         args.rivals,
         renderer(),
-        lambda line: None if args.quiet else print(line, file=sys.stderr),
+        lambda line: None if args.quiet else complain(line),
     )
     report = {**outcome.report, "bench": result}
     if args.output:

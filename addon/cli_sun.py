@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 
 from .batch.sheet import read_picture, write_sheet
+from .images.whole import check_picture
 from .job import Outcome
 from .maths.sun_position import Clock, Place, nautical_offset_h
 from .outputs import write_json, written
@@ -69,7 +70,7 @@ def _folder(stem: Path, is_kept: bool) -> Iterator[Path]:
 
 def _render(scene: bpy.types.Scene, request: Request, now: Moment, path: Path) -> Outcome:
     asked = replace(request, light=_sun(request.light, now), settings=now.settings(request.settings))
-    with written(path) as temporary:
+    with written(path, check_picture) as temporary:
         return render(scene, asked, temporary)
 
 

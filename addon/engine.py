@@ -78,6 +78,8 @@ class CadShadowEngine(bpy.types.RenderEngine):
                 request.outcome = outcome
         except UserError as error:
             self._failed(request, error)
+        except MemoryError:
+            self._failed(request, UserError("The picture needs more memory than there is: choose a smaller size, or fewer passes."))
         except Exception as error:
             self._failed(request, UserError(f"CAD Shadow Preview failed ({type(error).__name__}: {error}): please report this."))
             raise

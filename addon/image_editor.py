@@ -52,7 +52,7 @@ def save_as_render(image: bpy.types.Image, path: Path, scene: bpy.types.Scene) -
     with file_format(scene, path):
         try:
             image.save_render(str(path), scene=scene)
-        except RuntimeError as error:
+        except (RuntimeError, UnicodeEncodeError) as error:
             raise OutputError(f"{path} cannot be written ({' '.join(str(error).split())}): choose another folder.") from error
 
 

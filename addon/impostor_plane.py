@@ -119,11 +119,22 @@ def write_plane(path: Path, baked: BakedImpostor, entry: dict[str, object]) -> P
         collection = bpy.data.collections.new(f"{PREFIX} {baked.name}")
         for ob in (make_plane(baked, entry), capture_camera(baked, entry)):
             collection.objects.link(ob)
-        with written(path) as temporary:
+        with written(path, _check_blend) as temporary:
             bpy.data.libraries.write(str(temporary), {collection}, compress=True)
     finally:
         bpy.data.batch_remove([one for kind in _KINDS for one in getattr(bpy.data, kind) if one not in before[kind]])
     return path
+
+
+def _check_blend(path: Path) -> None:
+    """Raise `ValueError` for a .blend that is not whole: Blender writes compressed ones without a word on a full disk."""
+    try:
+        with bpy.data.libraries.load(str(path)) as (there, _):
+            is_whole = bool(there.collections)
+    except OSError as error:
+        raise ValueError("its end is missing") from error
+    if not is_whole:
+        raise ValueError("it holds no collection")
 
 
 _KINDS = ("collections", "objects", "meshes", "materials", "images", "cameras")

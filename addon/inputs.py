@@ -21,6 +21,8 @@ def open_input(source: str, units: str | None = None, up: str | None = None) -> 
 
     Raises `CadFileError`; the open file is replaced only after the new one could be read.
     """
+    if not source:
+        raise CadFileError("An input without a name was given: leave the empty argument out.")
     path = Path(source)
     if path.suffix.lower() == ".blend":
         return open_blend(path), ()
@@ -55,7 +57,7 @@ def _note_files() -> None:
     """Count what the open .blend links and shows as inputs: libraries and images."""
     for one in (*bpy.data.libraries, *bpy.data.images):
         if one.filepath and not one.packed_file:
-            note(Path(bpy.path.abspath(one.filepath, library=one.library)))
+            note(Path(bpy.path.abspath(one.filepath, library=one.library)), is_read=isinstance(one, bpy.types.Library))
 
 
 def open_deck(triangles: int) -> tuple[bpy.types.Scene, tuple[str, ...]]:

@@ -14,6 +14,7 @@ from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
+from . import stopping
 from .errors import Cancelled, GpuError, SceneError
 from .maths.view import Camera, Light
 from .pipeline.frame import Frame
@@ -183,7 +184,7 @@ def run(job: Job, progress: Progress | None = None, cancelled: Cancels | None = 
                 raise
         if progress:
             progress(*pending.progress)
-        if cancelled and cancelled():
+        if stopping.is_asked() or (cancelled and cancelled()):
             pending.cancel()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,7 @@ from .images.png import encode_png
 from .job import Outcome
 from .scratch import PART, beside
 
+_UNFIT = re.compile("[\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 _records: list[tuple[str, list[Path]]] = []
 _claims: list[dict[Path, str]] = []
 
@@ -120,8 +122,9 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 
 def json_text(data: object) -> str:
-    """JSON without NaN and infinities (a defect if there is one), indented for people."""
-    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+    """JSON without NaN and infinities (a defect if there is one), indented for people; what no terminal or UTF-8 should get as escapes."""
+    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+    return _UNFIT.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
 def write_json(path: Path, data: object) -> None:

@@ -20,10 +20,10 @@ def shown_lines(text: str) -> str:
     return _UNFIT_BUT_LINES.sub(_escape, text)
 
 
-def shown_name(text: str) -> str:
-    """A foreign name within a sentence: one line, cut where it is long."""
+def shown_name(text: str, most: int = LONGEST_NAME) -> str:
+    """A foreign name within a sentence: one line, cut where it is longer than `most` characters."""
     line = shown(text)
-    return line if len(line) <= LONGEST_NAME else f"{line[: LONGEST_NAME - 1]}…"
+    return line if len(line) <= most else f"{line[: most - 1]}…"
 
 
 def _escape(match: re.Match[str]) -> str:

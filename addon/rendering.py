@@ -13,16 +13,20 @@ from pathlib import Path
 
 import bpy
 
+from . import stopping
 from .default_view import camera_for_view
-from .errors import Cancelled, SceneError, UserError
+from .errors import Cancelled, OutputError, SceneError, UserError
 from .job import ENGINE_PASSES, Job, Outcome
 from .maths.view import Camera
 from .pipeline.scene import Scene
 from .pipeline.settings import Settings
+from .plain_text import shown_name
 from .views import CameraMaker, Lens, LightMaker
 
 ENGINE = "CAD_SHADOW_PREVIEW"
 NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"
+LONGEST_PATH = 1000
+"""Bytes of a path that Blender takes whole (it cuts at 1024)."""
 NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
 
 
@@ -90,11 +94,32 @@ def _through_the_engine(scene: bpy.types.Scene, request: Request, write_to: Path
     with _borrowed(scene, request.size, write_to):
         _requests.append(request)
         try:
-            bpy.ops.render.render(write_still=write_to is not None, scene=scene.name)
+            with stopping.held():
+                bpy.ops.render.render(write_still=write_to is not None, scene=scene.name)
         except RuntimeError as error:
-            raise request.error or SceneError(_one_line(str(error))) from error
+            raise request.error or _unwritten(request, write_to, str(error)) from error
         finally:
             _requests.pop()
+
+
+def _unwritten(request: Request, path: Path | None, message: str) -> UserError:
+    """What Blender's error means when the engine had none: drawn, but not written; or not drawn."""
+    if path is None or request.outcome is None:
+        return SceneError(_one_line(message))
+    return OutputError(f"Blender could not write the picture ({_one_line(message)}): choose another folder, or make room.")
+
+
+def blender_path(path: Path) -> str:
+    """The path in the words of Blender's output path, where since 4.5 braces stand for variables. Raises `OutputError` if it has none."""
+    text, folder = str(path), shown_name(str(path.parent))
+    if bpy.app.version >= (4, 5, 0):
+        text = text.replace("{", "{{").replace("}", "}}")
+    try:
+        if len(text.encode()) <= LONGEST_PATH:
+            return text
+    except UnicodeEncodeError:
+        raise OutputError(f"{folder} is no name that Blender can write to: choose a folder in plain letters.") from None
+    raise OutputError(f"{folder} is longer than Blender can write to: choose a folder with a shorter path.")
 
 
 def _one_line(message: str) -> str:
@@ -128,7 +153,8 @@ def _borrowed(scene: bpy.types.Scene, size: tuple[int, int] | None, write_to: Pa
             stand_in = bpy.data.objects.new("CAD Shadow stand-in", bpy.data.cameras.new("CAD Shadow stand-in"))
             scene.camera = stand_in
         if write_to is not None:
-            render.filepath, render.use_file_extension, render.use_overwrite, render.use_placeholder = str(write_to), False, True, False
+            render.filepath = blender_path(write_to)
+            render.use_file_extension, render.use_overwrite, render.use_placeholder = False, True, False
         try:
             yield
         finally:

@@ -11,7 +11,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 KINDS = {
     stat.S_IFDIR: "a folder",
@@ -24,13 +24,22 @@ KINDS = {
 MEBI = 2**20
 
 Key = tuple[int, int] | str
-_runs: list[dict[Key, Path]] = []
+
+
+class Noted(NamedTuple):
+    """An input: the path that it was noted by first, and whether what it holds counts (a model's textures only must not be lost)."""
+
+    path: Path
+    is_read: bool
+
+
+_runs: list[dict[Key, Noted]] = []
 
 
 @contextmanager
-def run_of_inputs() -> Iterator[dict[Key, Path]]:
-    """While this lasts every file noted counts as an input; gives them, by what the disk knows them by, with the path noted first."""
-    noted: dict[Key, Path] = {}
+def run_of_inputs() -> Iterator[dict[Key, Noted]]:
+    """While this lasts every file noted counts as an input; gives them by what the disk knows them by."""
+    noted: dict[Key, Noted] = {}
     _runs.append(noted)
     try:
         yield noted
@@ -38,12 +47,13 @@ def run_of_inputs() -> Iterator[dict[Key, Path]]:
         _runs.pop()
 
 
-def note(path: Path) -> None:
+def note(path: Path, is_read: bool = False) -> None:
     """Count a file, if there is one, as an input of the runs that last."""
     with suppress(OSError, ValueError):  # not there, or not a name that a file can have
         key = _key(path)
         for noted in _runs:
-            noted.setdefault(key, Path(path))
+            before = noted.get(key, Noted(Path(path), False))
+            noted[key] = Noted(before.path, before.is_read or is_read)
 
 
 def is_input(path: Path) -> bool:
@@ -61,8 +71,11 @@ def kind_of(mode: int) -> str | None:
     return None if stat.S_ISREG(mode) else KINDS.get(stat.S_IFMT(mode), "no file")
 
 
-def opened(path: Path) -> BinaryIO:
-    """A regular file, open for reading and noted. Raises `OSError` with a reason in words for anything else, without opening it."""
+def opened(path: Path, is_own: bool = False) -> BinaryIO:
+    """A regular file, open for reading and noted, unless it `is_own`, a result of ours.
+
+    Raises `OSError` with a reason in words for anything else, without opening it.
+    """
     _refuse(kind_of(os.stat(path).st_mode), path)
     handle = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0))
     file = os.fdopen(handle, "rb")
@@ -71,7 +84,8 @@ def opened(path: Path) -> BinaryIO:
     except OSError:
         file.close()
         raise
-    note(path)
+    if not is_own:
+        note(path, is_read=True)
     return file
 
 
@@ -80,9 +94,9 @@ def _refuse(kind: str | None, path: Path) -> None:
         raise OSError(errno.EINVAL, f"it is {kind}, not a file", str(path))
 
 
-def read_bytes(path: Path, most: int) -> bytes:
-    """The content of a regular file of at most so many bytes, noted. Raises `OSError` with a reason in words."""
-    with opened(path) as file:
+def read_bytes(path: Path, most: int, is_own: bool = False) -> bytes:
+    """The content of a regular file of at most so many bytes, noted as by `opened`. Raises `OSError` with a reason in words."""
+    with opened(path, is_own) as file:
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"it is larger than the {size_text(most)} allowed", str(path))

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import argparse
 import glob
+import os
+import unicodedata
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..scratch import PREFIX
+
 SUFFIXES = frozenset((".blend", ".step", ".stp", ".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf"))
+NAMELESS = "input"
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +34,10 @@ def items_of(args: argparse.Namespace) -> list[Item]:
     """Every input of a command line, in order; the deck last."""
     folder = Path(args.output or ".")
     found = expanded(args.inputs, args.recursive)
-    stems = unique_stems([below for _, below in found])
-    items = [Item(path, path, folder / stem) for (path, _), stem in zip(found, stems, strict=True)]
-    if args.deck is not None:
-        items.append(Item(None, f"deck:{args.deck}", folder / f"deck_{args.deck}"))
-    return items
+    deck = [] if args.deck is None else [Path(f"deck_{args.deck}")]
+    stems = unique_stems([*(below for _, below in found), *deck])
+    items = [Item(path, path, folder / stem) for (path, _), stem in zip(found, stems, strict=False)]
+    return items + [Item(None, f"deck:{args.deck}", folder / stems[-1]) for _ in deck]
 
 
 def expanded(inputs: list[str], recursive: bool = False) -> list[tuple[str, Path]]:
@@ -44,25 +48,37 @@ def expanded(inputs: list[str], recursive: bool = False) -> list[tuple[str, Path
     """
     found: dict[str, Path] = {}
     for text in inputs:
-        for path, below in _named(text, recursive) or [(text, Path(Path(text).name))]:
+        for path, below in _named(text, recursive) or [(text, Path(Path(text).name or NAMELESS))]:
             found.setdefault(path, below)
     return list(found.items())
 
 
 def _named(text: str, recursive: bool) -> list[tuple[str, Path]]:
+    """What a name stands for beside itself; nothing where it is a file, stands for nothing, or cannot be looked into."""
     path = Path(text)
-    if path.is_dir():
-        inside = path.rglob("*") if recursive else path.iterdir()
-        return [(str(p), p.relative_to(path)) for p in sorted(inside) if _is_input(p)]
-    if path.exists() or not glob.has_magic(text):
+    try:
+        if text and path.is_dir():
+            return [(str(p), p.relative_to(path)) for p in _inside(path, recursive)]
+        if not text or path.exists() or not glob.has_magic(text):
+            return []
+        start = Path(*_plain_parts(path))
+        matches = (Path(match) for match in sorted(glob.glob(text, recursive=True)))
+        return [(str(p), p.relative_to(start)) for p in matches if _is_input(p)]
+    except (OSError, ValueError):  # opening it says why
         return []
-    start = Path(*_plain_parts(path))
-    matches = (Path(match) for match in sorted(glob.glob(text, recursive=True)))
-    return [(str(p), p.relative_to(start)) for p in matches if _is_input(p)]
+
+
+def _inside(folder: Path, recursive: bool) -> list[Path]:
+    """The inputs in a folder, sorted; folders below it that cannot be looked into count as inputs, so that they are missed."""
+    found, closed = [], []
+    for place, below, names in os.walk(folder, onerror=lambda error: closed.append(Path(error.filename))):
+        found += [path for path in (Path(place, name) for name in names) if _is_input(path)]
+        below[:] = [name for name in below if recursive and not name.startswith(PREFIX)]
+    return sorted([*found, *(path for path in closed if path != folder)])
 
 
 def _is_input(path: Path) -> bool:
-    return path.suffix.lower() in SUFFIXES and path.is_file() and not path.name.startswith(".")
+    return path.suffix.lower() in SUFFIXES and os.path.isfile(path) and not path.name.startswith(".")
 
 
 def _plain_parts(pattern: Path) -> list[str]:
@@ -76,16 +92,30 @@ def _plain_parts(pattern: Path) -> list[str]:
 
 
 def unique_stems(below: list[Path]) -> list[Path]:
-    """A path without suffix for each, folders kept; with the suffix where two differ only there; numbered where even that is not enough."""
-    plain = [path.with_suffix("") for path in below]
-    count = Counter(plain)
-    stems = [p if count[p] == 1 else path.with_name(path.name.replace(".", "_")) for p, path in zip(plain, below, strict=True)]
-    taken: set[Path] = set()
+    """A path without suffix for each, folders kept; with the suffix where two differ only there; numbered where even that is not enough.
+
+    Two that differ in the case or the composition of letters only are one file on Windows and macOS, and so count as the same.
+    """
+    plain = [_bare(path) for path in below]
+    count = Counter(map(_alike, plain))
+    stems = [p if count[_alike(p)] == 1 else path.with_name(path.name.replace(".", "_")) for p, path in zip(plain, below, strict=True)]
+    wanted_by_others, taken = Counter(map(_alike, stems)), set()
     for i, stem in enumerate(stems):
         number, wanted = 1, stem
-        while wanted in taken or (number > 1 and wanted in stems):
+        while _alike(wanted) in taken or (number > 1 and _alike(wanted) in wanted_by_others):
             number += 1
             wanted = stem.with_name(f"{stem.name}_{number}")
-        taken.add(wanted)
+        taken.add(_alike(wanted))
         stems[i] = wanted
     return stems
+
+
+def _bare(path: Path) -> Path:
+    """Without suffix; a name that is all suffix ('..stl') without its dots."""
+    name = path.name.removesuffix(path.suffix)
+    return path.with_name(name if name.strip(".") else path.name.strip(".") or NAMELESS)
+
+
+def _alike(path: Path) -> str:
+    """What paths have in common that some disk takes for one."""
+    return unicodedata.normalize("NFC", unicodedata.normalize("NFD", path.as_posix()).casefold())

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TextIO
 
 from tqdm import tqdm
+
+from ..plain_text import shown_lines
 
 
 class _Bar(tqdm):
@@ -27,11 +30,12 @@ class Progress:
             self.complain(text)
 
     def complain(self, text: str) -> None:
-        """A line that is always shown."""
-        if self._bar is None:
-            print(text, file=self._stream, flush=True)
-        else:
-            self._bar.write(text, file=self._stream)
+        """A line that is always shown, where there is somebody to see it; what is foreign in it is made plain."""
+        with suppress(OSError):
+            if self._bar is None:
+                print(shown_lines(text), file=self._stream, flush=True)
+            else:
+                self._bar.write(shown_lines(text), file=self._stream)
 
     def advance(self) -> None:
         """One more input is done."""

@@ -19,10 +19,11 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import TextIO
 
-from .. import is_python_module
+from .. import is_python_module, stopping
 from ..report import failed_report
 from .items import Item
 
+PATIENCE_S = 10.0
 MARK = "cad_shadow-worker:"
 Answer = tuple[dict[str, object], str]
 EXTENSION = Path(__file__).resolve().parents[2]
@@ -46,13 +47,13 @@ def wheels_folder() -> str:
 
 
 class Worker:
-    """One worker process; started when first asked, ended by `stop`, or by `kill` from any thread."""
+    """One worker process; started when first asked, ended by `stop`, or by `give_up` from any thread."""
 
     def __init__(self, argv: list[str]) -> None:
         self._argv = argv
         self._process: subprocess.Popen | None = None
         self._lock = Lock()
-        self._is_killed = False
+        self._is_given_up = False
 
     def answer(self, item: Item) -> Answer:
         """The item's report and line; a failed report when the process ends before it has answered."""
@@ -72,7 +73,7 @@ class Worker:
 
     def _running(self) -> subprocess.Popen | None:
         with self._lock:
-            if self._process is None and not self._is_killed:
+            if self._process is None and not self._is_given_up:
                 command, environment = worker_command(self._argv)
                 pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
                 self._process = subprocess.Popen(command, env=environment, **pipes, text=True, encoding="utf-8")
@@ -90,16 +91,21 @@ class Worker:
         process.stdout.close()
         return code
 
-    def kill(self) -> None:
-        """End the process at once, and start no other."""
+    def give_up(self, timeout_s: float = PATIENCE_S) -> None:
+        """End the process, in time for it to clean up, and start no other."""
         with self._lock:
-            self._is_killed = True
-            if self._process is not None:
-                self._process.kill()
+            self._is_given_up, process = True, self._process
+            if process is not None:
+                process.terminate()
+        if process is not None:
+            try:
+                process.wait(timeout_s)
+            except subprocess.TimeoutExpired:
+                process.kill()
 
 
 def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Item, Answer]]:
-    """Every item with its report and line, as they are finished, from `jobs` processes. Closing the iterator early kills them."""
+    """Every item with its report and line, as they are finished, from `jobs` processes. Closing the iterator early ends them."""
     todo: Queue[Item] = Queue()
     done: Queue[tuple[Item, Answer]] = Queue()
     for item in items:
@@ -114,8 +120,11 @@ def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Ite
             yield done.get()
         is_complete = True
     finally:
-        for worker in workers if not is_complete else ():
-            worker.kill()
+        enders = [Thread(target=worker.give_up) for worker in workers if not is_complete]
+        for ender in enders:
+            ender.start()
+        for ender in enders:
+            ender.join()
         for thread in threads:
             thread.join()
 
@@ -135,7 +144,9 @@ def _drain(worker: Worker, todo: Queue[Item], done: Queue[tuple[Item, Answer]]) 
 
 
 def serve(one: Callable[[Item], Answer], lines: TextIO, out: TextIO) -> None:
-    """A worker's life: answer each line until there are no more."""
-    for line in lines:
-        source, name, stem = json.loads(line)
-        print(MARK + json.dumps(one(Item(source, name, Path(stem))), allow_nan=False), file=out, flush=True)
+    """A worker's life: answer each line until there are no more, nobody listens, or it is asked to stop."""
+    with suppress(OSError, KeyboardInterrupt):
+        for line in lines:
+            source, name, stem = json.loads(line)
+            print(MARK + json.dumps(one(Item(source, name, Path(stem))), allow_nan=False), file=out, flush=True)
+            stopping.check()

@@ -52,6 +52,8 @@ def read(path: str | Path, units: str | None = None, up: str | None = None) -> C
         raw = READERS[file.suffix.lower()](file)
     except CadFileError as error:
         raise CadFileError(shown(str(error))) from error
+    except UnicodeEncodeError as error:  # of what readers in other languages are given, the path alone can be no text
+        raise CadFileError(f"{shown(file.name)} lies under a name that its reader cannot take: rename it in plain letters.") from error
     except MemoryError as error:
         raise CadFileError(f"{file.name} needs more memory than there is: split it, or close other programs.") from error
     except Exception as error:  # a parser of a foreign format may fail in any way on damaged bytes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +43,7 @@ def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> Cad
     if not any(p.mesh >= 0 for p in parts):
         raise CadFileError(f"{file.name} places all its parts at NaN or infinity: export it again.")
     used = tuple(m for m in meshes.values() if m is not None)
-    return CadModel(file.stem, used, parts, tuple(builder.materials), unit, scale, axis, tuple(map(shown, warnings)))
+    return CadModel(_text(file.stem), used, parts, tuple(builder.materials), unit, scale, axis, tuple(map(shown, warnings)))
 
 
 def _matrices(raw: RawFile, scale: float, turn: np.ndarray) -> np.ndarray:
@@ -66,7 +67,7 @@ def _parts(
         mesh = kept.get(node.mesh, -1) if node.mesh is not None and is_finite else -1
         if mesh >= 0 and node.mesh in centres:
             matrix[:3, 3] += matrix[:3, :3] @ centres[node.mesh]
-        parts.append(CadPart(node.name, node.parent, mesh, matrix))
+        parts.append(CadPart(_text(node.name), node.parent, mesh, matrix))
     if not finite.all():
         warnings.append(f"{np.count_nonzero(~finite)} parts are placed at NaN or infinity and were left out.")
     return tuple(parts)
@@ -100,7 +101,7 @@ class _Builder:
             if centre.any():
                 self.centres[key], positions = centre, positions - centre
         with np.errstate(under="ignore"):
-            return CadMesh(name, positions, triangles, normals, tuple(used), np.concatenate(slots) if len(used) > 1 else None)
+            return CadMesh(_text(name), positions, triangles, normals, tuple(used), np.concatenate(slots) if len(used) > 1 else None)
 
     def _slots(self, piece: RawPiece, clean: CleanPiece, used: list[int]) -> np.ndarray:
         """Slot of each kept triangle; adds the materials to `used`, the mesh's slots."""
@@ -118,8 +119,13 @@ class _Builder:
     def _material(self, key: object, material: CadMaterial) -> int:
         if key not in self._index:
             self._index[key] = len(self.materials)
-            self.materials.append(material)
+            self.materials.append(replace(material, name=_text(material.name)))
         return self._index[key]
+
+
+def _text(name: object) -> str:
+    """A name as Blender takes it: whole characters, none of them zero."""
+    return str(name).encode("utf-8", "replace").decode().replace("\0", "")
 
 
 def _slot_of(used: list[int], material: int) -> int:

@@ -59,7 +59,7 @@ def read_obj(path: Path) -> RawFile:
 def _sorted_lines(data: bytes, stem: str) -> _Lines:
     out = _Lines()
     by_object = b"\no " in data or data.startswith(b"o ") or b"\no\t" in data
-    part, material, run = stem.encode(), None, None
+    part, material, run = stem.encode("utf-8", "surrogateescape"), None, None
     for line in data.split(b"\n"):
         words = line.split(None, 1)
         if len(words) < 2:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import struct
 from pathlib import Path
@@ -19,20 +20,21 @@ def checked_path(path: str | Path) -> Path:
     """The path of a file that exists, can be read, is not empty and is what its suffix says; else `CadFileError`."""
     file = Path(path)
     suffix = file.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise CadFileError(f"{file.name} is no CAD file this program reads: give one of {' '.join(SUFFIXES)}.")
     try:
         if file.is_dir():
-            raise CadFileError(f"{file} is a folder: give a CAD file inside it.")
+            os.scandir(file).close()
+            raise CadFileError(f"{file} is a folder without a CAD file in it: give a CAD file, or --recursive to look further down.")
+        if suffix not in SUFFIXES:
+            raise CadFileError(f"{shown_name(file.name)} is no CAD file this program reads: give one of {' '.join(SUFFIXES)}.")
         with opened(file) as stream:
             head = stream.read(HEAD)
         size = file.stat().st_size
     except FileNotFoundError as error:
-        raise CadFileError(f"{file} does not exist: check the path.") from error
+        raise CadFileError(f"{shown_name(str(file), 1000)} does not exist: check the path.") from error
     except OSError as error:
-        raise CadFileError(f"{file} cannot be read ({error.strerror}): check it and its permissions.") from error
+        raise CadFileError(f"{shown_name(str(file), 1000)} cannot be read ({error.strerror}): check it and its permissions.") from error
     except ValueError as error:
-        raise CadFileError(f"{shown_name(str(file))} is no name that a file can have: check the path.") from error
+        raise CadFileError(f"{shown_name(str(file), 1000)} is no name that a file can have: check the path.") from error
     if not head:
         raise CadFileError(f"{file.name} is empty (0 bytes): export it again.")
     found = sniff(head, size)

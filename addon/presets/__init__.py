@@ -16,9 +16,11 @@ from ..errors import SettingsError
 from ..option import Option
 from ..options import OPTIONS
 from ..redraw import redraw
+from ..user_files import note, read_bytes
 
 SUBDIR = "cad_shadow_preview"
 SEARCH_PATH = Path(__file__).resolve().parents[1]  # Blender looks for `presets/SUBDIR` below it
+MOST = 1 << 20
 SHIPPED = Path(__file__).resolve().parent / SUBDIR
 
 
@@ -43,12 +45,21 @@ def reset(props: bpy.types.PropertyGroup) -> None:
 
 def files() -> dict[str, Path]:
     """Every preset's file by its name in lower case, words apart by a dash: 'oil-platform'."""
-    found = [path for folder in reversed(folders()) for path in sorted(Path(folder).glob("*.py"))]
+    found = [path for folder in reversed(folders()) for path in sorted(Path(folder).glob("*.py")) if path.is_file()]
     return {_key(path.stem): path for path in found}
 
 
 def _key(name: str) -> str:
     return name.strip().lower().replace("_", "-").replace(" ", "-")
+
+
+def content(name: str) -> str | None:
+    """The text of a preset; None when there is none of that name, or it cannot be read."""
+    path = files().get(_key(name))
+    try:
+        return None if path is None else read_bytes(path, MOST).decode("utf-8", "replace")
+    except OSError:
+        return None
 
 
 def apply(scene: bpy.types.Scene, name: str) -> None:
@@ -57,6 +68,7 @@ def apply(scene: bpy.types.Scene, name: str) -> None:
     path = known.get(_key(name))
     if path is None:
         raise SettingsError(f"There is no preset '{name}': choose one of {', '.join(sorted(known))}.")
+    note(path)
     reset(scene.cad_shadow)
     bpy.utils.execfile(str(path))
 
