@@ -1,6 +1,6 @@
 """CAD files to `CadModel`: parts, shared meshes, colours, units. No bpy; the one place where CAD files are opened.
 
-Readers: trimesh's loaders for glTF, STL, PLY; cascadio for STEP; our own for OBJ and OFF (each says why) and 3MF (trimesh's needs lxml
+Readers: trimesh's loaders for glTF and STL; cascadio for STEP; our own for OBJ, OFF and PLY (each says why) and 3MF (trimesh's needs lxml
 and networkx).
 Everything is parsed before this returns, so a caller that fails here has not touched the user's scene.
 """
@@ -18,6 +18,7 @@ from .assemble import assemble
 from .gltf import read_gltf
 from .obj import read_obj
 from .off import read_off
+from .ply import read_ply
 from .raw import RawFile
 from .single import read_single
 from .sniff import SUFFIXES, checked_path
@@ -31,7 +32,7 @@ READERS: dict[str, Callable[[Path], RawFile]] = {
     ".glb": read_gltf,
     ".gltf": read_gltf,
     ".stl": read_single,
-    ".ply": read_single,
+    ".ply": read_ply,
     ".off": read_off,
     ".obj": read_obj,
     ".3mf": read_3mf,
