@@ -1,8 +1,8 @@
 """The renderer in a process of its own gives what the one in this process gives, and outlives a process that dies."""
 
-import subprocess
 import errno
 import io
+import subprocess
 import time
 from dataclasses import replace
 
