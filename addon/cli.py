@@ -16,7 +16,7 @@ from typing import TextIO
 
 from .cli_batch import claim_results, report_mistake, run_inputs, run_worker
 from .cli_impostor_options import path_mistake
-from .cli_options import build_parser, joined, view_mistake
+from .cli_options import build_parser, joined
 from .combinations import idle, named
 from .errors import SettingsError, UserError
 from .options import with_options

@@ -49,8 +49,12 @@ def add_preset(parser: argparse.ArgumentParser) -> None:
 def add_sun(parser: argparse.ArgumentParser) -> None:
     """Place, day and hours of a sun study."""
     group = parser.add_argument_group("sun")
-    group.add_argument("--latitude", type=between(-90, 90), required=True, metavar="DEG", help="degrees north of the equator, negative southwards")
-    group.add_argument("--longitude", type=between(-180, 180), required=True, metavar="DEG", help="degrees east of Greenwich, negative westwards")
+    group.add_argument(
+        "--latitude", type=between(-90, 90), required=True, metavar="DEG", help="degrees north of the equator, negative southwards"
+    )
+    group.add_argument(
+        "--longitude", type=between(-180, 180), required=True, metavar="DEG", help="degrees east of Greenwich, negative westwards"
+    )
     group.add_argument("--date", type=date.fromisoformat, required=True, metavar="YYYY-MM-DD", help="the day")
     group.add_argument("--from", dest="start", type=clock_hours, metavar="HH:MM", help="first picture (default: sunrise)")
     group.add_argument("--to", dest="end", type=clock_hours, metavar="HH:MM", help="last picture (default: sunset)")
@@ -64,7 +68,11 @@ def add_sun(parser: argparse.ArgumentParser) -> None:
         help="hours the clock is ahead of universal time (default: the longitude's time zone, without summer time)",
     )
     group.add_argument(
-        "--north-offset", type=between(-360, 360), default=0.0, metavar="DEG", help="from +Y to north, clockwise seen from above (default 0)"
+        "--north-offset",
+        type=between(-360, 360),
+        default=0.0,
+        metavar="DEG",
+        help="from +Y to north, clockwise seen from above (default 0)",
     )
     group.add_argument("--columns", type=positive, metavar="N", help="pictures per row; 1 row with N = steps (default: about square)")
     group.add_argument("--pictures", action="store_true", help="also every picture by itself")

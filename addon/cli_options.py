@@ -110,7 +110,9 @@ def add_view(parser: argparse.ArgumentParser, has_light_direction: bool = True) 
     group.add_argument("--fov-y", type=degrees_between(0.0, 180.0), metavar="DEG", help="vertical field of view")
     group.add_argument("--near", type=finite, metavar="METRES", help="near distance of the view")
     group.add_argument("--far", type=finite, metavar="METRES", help="far distance of the view")
-    group.add_argument("--size", type=picture_size, metavar="WxH", help="picture size in pixels (default: the scene's, 1280x720 for CAD files)")
+    group.add_argument(
+        "--size", type=picture_size, metavar="WxH", help="picture size in pixels (default: the scene's, 1280x720 for CAD files)"
+    )
     light = parser.add_argument_group("light").add_mutually_exclusive_group()
     light.add_argument(
         "--light", metavar="NAME", help="a sun, spot or point light of the scene (default: the strongest sun, else one from the upper left)"
@@ -131,7 +133,10 @@ def add_inputs(parser: argparse.ArgumentParser) -> None:
         help=".blend or CAD file: .step .stp .stl .obj .ply .off .3mf .glb .gltf; a folder of such; or a pattern: parts/*.step",
     )
     group.add_argument(
-        "--deck", type=between(FEWEST, MOST, is_whole=True), metavar="TRIANGLES", help="draw the example too: a procedural oil-platform deck of about so many triangles"
+        "--deck",
+        type=between(FEWEST, MOST, is_whole=True),
+        metavar="TRIANGLES",
+        help="draw the example too: a procedural oil-platform deck of about so many triangles",
     )
     group.add_argument(
         "--example", type=between(FEWEST, MOST, is_whole=True), metavar="TRIANGLES", help="the same, but only when no INPUT is named"
@@ -171,7 +176,10 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
     for command in (preview, analyse):
         group = command.add_argument_group("output")
         group.add_argument(
-            "--passes", type=pass_list(PASSES), metavar="PASS[,PASS…]", help=f"from {','.join(PASSES)} (default: combined; all but texel for npz)"
+            "--passes",
+            type=pass_list(PASSES),
+            metavar="PASS[,PASS…]",
+            help=f"from {','.join(PASSES)} (default: combined; all but texel for npz)",
         )
         group.add_argument(
             "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"
@@ -257,7 +265,9 @@ def add_advise(commands: argparse._SubParsersAction) -> None:
         help=f"frames of the animation, {MOST_FRAMES} of them are looked at (default: one)",
     )
     command.set_defaults(**NO_BATCH)
-    search.add_argument("--seconds", type=positive_number, default=120.0, metavar="S", help="decide after this time at the latest (default 120)")
+    search.add_argument(
+        "--seconds", type=positive_number, default=120.0, metavar="S", help="decide after this time at the latest (default 120)"
+    )
     add_inputs(command)
     add_reporting(command)
     add_view(command)
