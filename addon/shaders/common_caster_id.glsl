@@ -1,4 +1,10 @@
 // Vertex stage of a caster pass that stores ids (IDS, see common_shadow_ids.glsl); after common_vertex.glsl or common_instance.glsl.
+#ifndef IS_CUT
+#define IS_CUT 0
+#endif
+#ifndef INSTANCED
+#define INSTANCED 0
+#endif
 #if IDS
 flat out uint v_id;
 #if IS_CUT || !INSTANCED

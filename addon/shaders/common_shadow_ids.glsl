@@ -1,5 +1,8 @@
 // What a shadow map stores beside the depth: IDS 0 nothing, 1 the object's number (the ID test), 2 slot + 1 and triangle in the index pool
 // (the triangle-exact test; same numbers as the G-buffer's). Pieces of large triangles (IS_CUT) bring their triangle's number along.
+#ifndef IS_CUT
+#define IS_CUT 0
+#endif
 #ifdef MOST_SLABS
 #define v_id g_id  // from the geometry stage of a logarithmic map
 #endif

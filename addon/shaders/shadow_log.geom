@@ -13,6 +13,9 @@ uniform float u_shift;      // how far before its curve a cut point lies, see em
 flat in uint v_id[];
 flat out uint g_id;
 #endif
+#ifndef IS_CUT
+#define IS_CUT 0
+#endif
 #if IS_CUT && IDS == 2
 flat in int v_triangle[];
 #define TRIANGLE v_triangle[0]
