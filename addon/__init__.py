@@ -8,31 +8,19 @@ from __future__ import annotations
 import atexit
 from types import ModuleType
 
-from .parts import attach, detach
+from .blender.registering import attach, detach
 
 
 def _parts() -> tuple[ModuleType, ...]:
     """What registers itself with Blender, in order."""
-    from . import (
-        changes,
-        command,
-        engine,
-        hud,
-        impostor_marks,
-        impostor_overlay,
-        operators,
-        overlays,
-        panels,
-        preferences,
-        presets,
-        properties,
-        session,
-        sun_properties,
-        viewport,
-    )
+    from . import operators
+    from .blender import changes, engine, hud, panels, preferences, presets, properties, session, sun_properties, viewport
+    from .blender.hud import impostor_overlay, map_overlay
+    from .blender.impostors import marks
+    from .cli import blender_command
 
-    settings, drawn = (preferences, sun_properties, properties, impostor_marks, changes, session), (overlays, hud, impostor_overlay)
-    return *settings, engine, viewport, operators, presets, *drawn, panels, command
+    settings, drawn = (preferences, sun_properties, properties, marks, changes, session), (map_overlay, hud, impostor_overlay)
+    return *settings, engine, viewport, operators, presets, *drawn, panels, blender_command
 
 
 def register() -> None:

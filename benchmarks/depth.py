@@ -18,12 +18,12 @@ import moderngl
 import numpy as np
 
 from addon.pipeline.bare_passes import merged
-from addon.pipeline.context import GpuWorker
 from addon.pipeline.device import Device, device_of
-from addon.pipeline.gbuffer_pass import draw_gbuffer
-from addon.pipeline.gl_raw import raw_gl
-from addon.pipeline.programs import matrix_bytes, set_uniforms
-from addon.pipeline.readback import read_texture
+from addon.pipeline.gl.context import GpuWorker
+from addon.pipeline.gl.gl_raw import raw_gl
+from addon.pipeline.gl.programs import matrix_bytes, set_uniforms
+from addon.pipeline.gl.readback import read_texture
+from addon.pipeline.passes.gbuffer import draw_gbuffer
 from benchmarks.tables import table
 from tests import plates
 from tests.plates import PlateCase

@@ -7,11 +7,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from addon.maths.relief_edges import ReliefEdges
-from addon.maths.relief_error import predict_one
-from addon.pipeline import impostor_life
+from addon.maths.relief.edges import ReliefEdges
+from addon.maths.relief.error import predict_one
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_capture import capture
+from addon.pipeline.impostors import life
+from addon.pipeline.impostors.capture import capture
 from addon.pipeline.renderer import Renderer
 from benchmarks.impostor_films import SIDE, filmed, whole
 from benchmarks.impostor_stage import Stage, load
@@ -30,7 +30,7 @@ def approach(renderer: Renderer, name: str) -> list[dict]:
     cameras = [stage.camera(30, 20, float(r), half_fov_deg=HALF_FOV_DEG) for r in radii]
     real = filmed(renderer, scene, cameras, None)
     shown = filmed(renderer, scene, cameras, whole(scene))
-    with patch.object(impostor_life, "carries", lambda edges, frame: False):
+    with patch.object(life, "carries", lambda edges, frame: False):
         anew = filmed(renderer, scene, cameras, whole(scene))
     renewed = [(r, i) for i, r in enumerate(shown.reports) if r.stage == "regenerated"]
     carried = [(report.edges, float(radii[i])) for report, i in renewed if report.edges.gathered is not None]

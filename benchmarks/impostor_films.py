@@ -8,16 +8,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from addon.maths.relief_beta import betas
-from addon.maths.relief_frame import capture_frame
-from addon.maths.relief_life import LifeSettings
-from addon.maths.relief_picture import psnr_db
+from addon.maths.relief.beta import betas
+from addon.maths.relief.frame import capture_frame
+from addon.maths.relief.life import LifeSettings
+from addon.maths.relief.picture import psnr_db
 from addon.maths.view import Camera
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, ImpostorReport, library_of
+from addon.pipeline.impostors.life import CASTERS, ImpostorChoice, ImpostorGroup, ImpostorReport, library_of
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.scene import Instances, Mesh, Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Instances, Mesh, Scene
+from addon.settings.groups import Settings
 from benchmarks.impostor_stage import Stage, load
 
 SIDE, MAP = 192, 1024

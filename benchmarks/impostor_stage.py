@@ -8,20 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from addon.cad_files import read
-from addon.cad_scene import scene_from_model
 from addon.maths import spaces
-from addon.maths.relief import shift_unit
-from addon.maths.relief_frame import CaptureChoice, capture_frame, tilt_rad
+from addon.maths.relief.frame import CaptureChoice, capture_frame, tilt_rad
+from addon.maths.relief.warp import shift_unit
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import Device
-from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
-from addon.pipeline.impostor_capture import ImpostorTextures, capture
-from addon.pipeline.impostor_draw import draw_impostor
-from addon.pipeline.impostor_views import DrawnImpostor
-from addon.pipeline.readback import read_texture
-from addon.pipeline.scene import Instances, Mesh, Scene
-from addon.pipeline.settings import Settings
+from addon.pipeline.gl.readback import read_texture
+from addon.pipeline.impostors.capture import ImpostorTextures, capture
+from addon.pipeline.impostors.draw import draw_impostor
+from addon.pipeline.impostors.views import DrawnImpostor
+from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer, pixel_rays
+from addon.scene.cad import read
+from addon.scene.from_cad import scene_from_model
+from addon.scene.records import Instances, Mesh, Scene
+from addon.settings.groups import Settings
 
 CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
 MODELS = (

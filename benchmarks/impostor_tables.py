@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from addon.maths.relief_error import PREDICTORS
+from addon.maths.relief.error import PREDICTORS
 from benchmarks.tables import table
 
 RESULTS = Path(__file__).resolve().parent / "results"

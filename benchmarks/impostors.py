@@ -23,10 +23,10 @@ from dataclasses import asdict
 
 import numpy as np
 
-from addon.maths.relief_error import predict, predict_one, relief_set
-from addon.maths.relief_picture import picture_errors
-from addon.pipeline.context import GpuWorker
+from addon.maths.relief.error import predict, predict_one, relief_set
+from addon.maths.relief.picture import picture_errors
 from addon.pipeline.device import device_of
+from addon.pipeline.gl.context import GpuWorker
 from addon.pipeline.renderer import Renderer
 from benchmarks import impostor_approach, impostor_films, impostor_tables
 from benchmarks.impostor_stage import MODELS, Stage, ball_scene, load

@@ -13,17 +13,17 @@ from statistics import median
 
 import numpy as np
 
-from addon.maths.lookup import unproject
-from addon.maths.projection import ShadowPlan, ShadowProjection
+from addon.maths.shadow.lookup import unproject
+from addon.maths.shadow.projection import ShadowPlan, ShadowProjection
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import device_of
-from addon.pipeline.log_pass import BEND_TEXELS
+from addon.pipeline.passes.log_map import BEND_TEXELS
+from addon.pipeline.passes.shadow import draw_shadow_maps
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
-from addon.pipeline.shadow_pass import draw_shadow_maps
-from addon.truth.backends import EmbreeBackend
-from addon.truth.triangles import world_triangles
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
+from addon.studies.truth.backends import EmbreeBackend
+from addon.studies.truth.triangles import world_triangles
 from benchmarks import models, views
 from benchmarks.tables import table
 
@@ -39,7 +39,7 @@ Made by `python -m benchmarks.log_maps`; do not edit. One LogPSM map, `samples` 
 **×**: CPU time of the map pass over that of the linear pass of the same map (same matrix, same casters, without the logarithm), drawn in
 turn {ROUNDS} times, medians. **Different**: share of texels whose depth differs from that of a ray through the texel's centre (Embree) by
 more than {DIFFERENT:g} of the depth range; the linear map's own share beside it. Texels with a caster before the near plane, clamped to it,
-are left out. The edges of the pieces lie within `BEND_TEXELS` = {BEND_TEXELS:g} texels of their curves (`addon/pipeline/log_pass.py`).
+are left out. The edges of the pieces lie within `BEND_TEXELS` = {BEND_TEXELS:g} texels of their curves (`addon/pipeline/passes/log_map.py`).
 """
 
 

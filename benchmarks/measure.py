@@ -15,10 +15,10 @@ from time import perf_counter
 from addon.errors import SceneError
 from addon.maths.view import Light
 from addon.pipeline.renderer import shared_renderer
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
-from addon.truth import TruthTracer, compare
-from addon.truth.compare import COMPARED_PASSES
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
+from addon.studies.truth import TruthTracer, compare
+from addon.studies.truth.compare import COMPARED_PASSES
 from benchmarks import models, views
 
 Key = tuple[str, str, str, str]

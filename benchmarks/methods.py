@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isqrt
 
 from addon.maths.choices import USUAL_ALPHA, WARPS
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
 
 TEXELS = 2048**2
 ELEVATIONS = tuple(2.0 + 88.0 * i / 19.0 for i in range(20))

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import bpy
 
-from addon.cad_files import read
-from addon.cad_import import to_blender
-from addon.pipeline.scene import Scene
-from addon.platform_deck import build
-from addon.snapshot import SceneReader
+from addon.blender.cad_import import to_blender
+from addon.blender.snapshot import SceneReader
+from addon.scene.cad import read
+from addon.scene.platform_deck import build
+from addon.scene.records import Scene
 
 CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
 DECK = {"triangles": 500_000, "seed": 1, "length_m": 240.0}

@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from addon.maths.choices import WARPS, PartitionChoice, WarpChoice
-from addon.maths.errors import (
+from addon.maths.error.aliasing import (
     base_error_log_t,
     base_error_s,
     base_error_t,
@@ -27,9 +27,9 @@ from addon.maths.errors import (
     storage_factor_log,
     storage_factor_z,
 )
-from addon.maths.partitions import split_distances
-from addon.maths.warped_map import WarpedMap, partition_maps
-from addon.maths.warps import gamma_lim_rad, lispsm_general_parameter, lispsm_parameter, parameter_from_eta
+from addon.maths.error.warped_map import WarpedMap, partition_maps
+from addon.maths.shadow.partitions import split_distances
+from addon.maths.shadow.warps import gamma_lim_rad, lispsm_general_parameter, lispsm_parameter, parameter_from_eta
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "img"
 NEAR, FAR = 1.0, 100.0

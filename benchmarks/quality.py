@@ -26,7 +26,7 @@ from statistics import fmean
 import bpy
 import numpy as np
 
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
 from benchmarks import tables, texels
 from benchmarks.measure import Row, kept, measure, read
 from benchmarks.methods import BIAS_METHODS, ELEVATIONS, EXACT_METHODS, FIRST_LIGHT_FIT, FIRST_LIGHT_WARP, METHODS

@@ -22,13 +22,13 @@ import numpy as np
 
 from addon.errors import SceneError
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.settings import Settings
-from addon.truth.compare import COMPARED_PASSES, compare
-from addon.truth.tracer import Truth
+from addon.settings.groups import Settings
+from addon.studies.truth.compare import COMPARED_PASSES, compare
+from addon.studies.truth.tracer import Truth
 from benchmarks.scale_scenes import SIZE, ScaleScene, scale_scene
 
 try:
-    from addon.pipeline.local_origin import based_near
+    from addon.scene.local_origin import based_near
 except ImportError:  # a program to compare with
     def based_near(*picture: object) -> tuple[object, ...]:
         """As it is."""

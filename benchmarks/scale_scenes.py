@@ -13,8 +13,8 @@ import numpy as np
 
 from addon.maths import spaces
 from addon.maths.view import Camera, Light
-from addon.pipeline.scene import Instances, Mesh, Scene
-from addon.truth.tracer import LEAST_FACING, Truth, directions_to_light, pixel_centres, pixel_rays
+from addon.scene.records import Instances, Mesh, Scene
+from addon.studies.truth.tracer import LEAST_FACING, Truth, directions_to_light, pixel_centres, pixel_rays
 
 GROUNDS = ("quad", "grid", "tiles")
 VIEWS = ("perspective", "low", "orthographic", "long")

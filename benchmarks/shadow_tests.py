@@ -18,13 +18,13 @@ import moderngl
 import numpy as np
 
 from addon.images.png import encode_png
-from addon.maths import shadow_tests as definition
+from addon.maths.shadow import oracle as definition
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import device_of
+from addon.pipeline.passes.shadow import ShadowMaps, draw_shadow_maps
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
-from addon.pipeline.shadow_pass import ShadowMaps, draw_shadow_maps
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
 from benchmarks.models import load
 from benchmarks.smooth_edges import chair_edges, name_of, receivers, straight_edges
 from benchmarks.tables import table

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from addon.maths import shadow_tests as definition
-from addon.maths.lookup import project
+from addon.maths.shadow import oracle as definition
+from addon.maths.shadow.lookup import project
 from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
-from addon.pipeline.gbuffer_pass import surface_points_ws
+from addon.pipeline.passes.gbuffer import surface_points_ws
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
 from tests import scenes
 
 SIZE = (640, 360)

@@ -25,7 +25,7 @@ def draw(name: str) -> None:
     import numpy as np
 
     from addon.pipeline.renderer import Renderer
-    from addon.pipeline.settings import Settings
+    from addon.settings.groups import Settings
     from benchmarks.models import load
     from benchmarks.views import lights, views
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from addon.maths.choices import PARTITIONS, WARPS
 from addon.maths.view import Light
-from addon.pipeline.gbuffer_pass import surface_points_ws
+from addon.pipeline.passes.gbuffer import surface_points_ws
 from addon.pipeline.renderer import shared_renderer
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
 from benchmarks.tables import table
 from tests.orbit import STEP_DEG, SUN, camera_at, largest_jump, orbited_scene, plan_at, sizes_by_face, sun_at
 

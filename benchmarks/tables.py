@@ -14,7 +14,7 @@ from benchmarks.texels import read as read_texels
 INTRO = """# Quality, measured
 
 Made by `python -m benchmarks.quality` (see its help); do not edit. Every number compares a rendered view with ray-traced truth at the
-pixel centres (`addon/truth`), hard sun, 640×360, three views × five lights of each model (`benchmarks/views.py`).
+pixel centres (`addon/studies/truth`), hard sun, 640×360, three views × five lights of each model (`benchmarks/views.py`).
 
 - **misclassified**: pixels lit in one and dark in the other, in per cent of the pixels whose surface faces the light, edges included.
 - **acne** / **leak**: those of them (dark here / lit here) around which the truth is uniform within two pixels or one texel's

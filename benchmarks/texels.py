@@ -1,7 +1,7 @@
 """How large the texels of every method are in the picture: all models, views and lights in two minutes, without truth.
 
 A view is drawn once for its visible points and normals; every method is then fitted to them in numpy, and the error m of each point is
-exact (`addon/maths/measure.py`). The edge of a shadow is as wrong as texels are long across it, so what is compared is the mean of a
+exact (`addon/maths/error/measure.py`). The edge of a shadow is as wrong as texels are long across it, so what is compared is the mean of a
 texel's two extents in the picture, in pixels: m alone, their product, would not tell long thin texels from square ones.
 """
 
@@ -14,16 +14,16 @@ from pathlib import Path
 
 import numpy as np
 
-from addon.maths.errors import error_statistics
-from addon.maths.fit import plan_shadows
-from addon.maths.lookup import partition_index, towards_light
-from addon.maths.measure import aliasing, pixel_gradients, texel_gradients
-from addon.maths.projection import ShadowPlan
+from addon.maths.error.aliasing import error_statistics
+from addon.maths.error.measure import aliasing, pixel_gradients, texel_gradients
+from addon.maths.shadow.fit import plan_shadows
+from addon.maths.shadow.lookup import partition_index, towards_light
+from addon.maths.shadow.projection import ShadowPlan
 from addon.maths.view import Camera, Light
-from addon.pipeline.gbuffer_pass import surface_points_ws
+from addon.pipeline.passes.gbuffer import surface_points_ws
 from addon.pipeline.renderer import shared_renderer
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
 from benchmarks import models, views
 from benchmarks.views import View, depth_ratio
 

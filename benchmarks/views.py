@@ -13,7 +13,7 @@ import numpy as np
 
 from addon.maths import spaces
 from addon.maths.view import Camera, Light
-from addon.pipeline.scene import Scene
+from addon.scene.records import Scene
 
 SIZE = (640, 360)
 FOV_Y_DEG = 50.0

@@ -55,8 +55,8 @@ def reading() -> dict[str, dict[str, float]]:
     it the bare loop over Blender's instances that asks each for its object, mesh and name, and their matrices in one call."""
     import bpy
 
-    from addon.snapshot import SceneReader
-    from addon.snapshot.instances import read_matrices
+    from addon.blender.snapshot import SceneReader
+    from addon.blender.snapshot.instances import read_matrices
 
     found = {}
     for count in OBJECTS:

@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from addon.maths.fit import plan_shadows
-from addon.maths.projection import ShadowPlan
+from addon.maths.shadow.fit import plan_shadows
+from addon.maths.shadow.projection import ShadowPlan
 from addon.maths.spaces import look_at, perspective
 from addon.maths.view import Camera, Light
-from addon.pipeline.scene import Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Scene
+from addon.settings.groups import Settings
 from tests import scenes
-from tests.maths.fit_rigs import texel_sizes
+from tests.maths.shadow.fit_rigs import texel_sizes
 
 SIZE, MAP = (64, 36), 512
 NEAR, FAR = 1.0, 100.0

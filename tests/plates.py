@@ -13,7 +13,7 @@ import numpy as np
 
 from addon.maths import spaces
 from addon.maths.view import Camera
-from addon.pipeline.scene import Instances, Mesh, Scene
+from addon.scene.records import Instances, Mesh, Scene
 
 SIZE = (320, 180)
 ASPECT = SIZE[0] / SIZE[1]

@@ -6,7 +6,7 @@ import numpy as np
 
 from addon.maths import spaces
 from addon.maths.view import Camera, Light
-from addon.pipeline.scene import Instances, Mesh, Scene
+from addon.scene.records import Instances, Mesh, Scene
 
 Part = tuple[np.ndarray, np.ndarray]
 

@@ -10,9 +10,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from addon import cad_files, outputs, user_files
-from addon.cad_files import companions, threemf
 from addon.errors import CadFileError, OutputError
+from addon.scene import cad
+from addon.scene.cad import companions, threemf
+from addon.studies import outputs, user_files
 
 FACE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl blue\nf 1 2 3\n"
 BLUE = "newmtl blue\nKd 0 0 1\n"
@@ -46,7 +47,7 @@ def obj(tmp_path):
     def read(name):
         path = tmp_path / "box" / "x.obj"
         path.write_bytes(b"mtllib " + (name if isinstance(name, bytes) else name.encode()) + b"\n" + FACE.encode())
-        return within(20.0, lambda: cad_files.read(path))
+        return within(20.0, lambda: cad.read(path))
 
     return read
 
@@ -74,7 +75,7 @@ def test_a_material_file_is_found_beside_the_model_whatever_path_its_writer_had(
 @pytest.mark.parametrize("name", ["../elsewhere/blue.mtl", "ABSOLUTE", "sub/../../elsewhere/blue.mtl", "..\\elsewhere\\blue.mtl"])
 def test_a_material_file_elsewhere_is_not_opened(obj, tmp_path, monkeypatch, name):
     read = []
-    monkeypatch.setattr("addon.cad_files.obj.read_mtl", lambda path: read.append(path) or {})
+    monkeypatch.setattr("addon.scene.cad.obj.read_mtl", lambda path: read.append(path) or {})
     model = obj(str(tmp_path / "elsewhere" / "blue.mtl") if name == "ABSOLUTE" else name)
     assert not read
     assert any("blue.mtl" in line and "Put it beside x.obj" in line for line in model.warnings)
@@ -93,7 +94,7 @@ def test_devices_and_pipes_in_a_models_name_are_not_opened(obj, tmp_path):
 
 
 def test_a_material_file_of_any_size_costs_no_more_than_is_allowed(obj, tmp_path, monkeypatch):
-    monkeypatch.setattr("addon.cad_files.mtl.MOST_MATERIALS", 1000)
+    monkeypatch.setattr("addon.scene.cad.mtl.MOST_MATERIALS", 1000)
     (tmp_path / "box" / "blue.mtl").write_text(BLUE + "#" * 1000)
     assert any("larger than" in line for line in obj("blue.mtl").warnings)
 
@@ -146,7 +147,7 @@ def test_a_buffer_beside_a_gltf_is_read(tmp_path, uri, file):
     data = gltf(tmp_path / "x.gltf", uri)
     (tmp_path / file).parent.mkdir(exist_ok=True)
     (tmp_path / file).write_bytes(data)
-    assert cad_files.read(tmp_path / "x.gltf").triangle_count == 1
+    assert cad.read(tmp_path / "x.gltf").triangle_count == 1
 
 
 @posix
@@ -168,7 +169,7 @@ def test_a_buffer_that_is_missing_elsewhere_a_pipe_or_too_large_is_one_line(tmp_
     }
     for uri, words in cases.items():
         gltf(path, uri)
-        error = within(20.0, lambda: cad_files.read(path))
+        error = within(20.0, lambda: cad.read(path))
         assert isinstance(error, CadFileError), uri
         with pytest.raises(CadFileError, match=words):
             raise error
@@ -182,7 +183,7 @@ def test_images_of_a_gltf_are_inputs_and_are_not_read(tmp_path, monkeypatch):
     read = []
     monkeypatch.setattr(companions, "read_bytes", lambda path, most: read.append(path.name) or data)
     with user_files.run_of_inputs():
-        cad_files.read(tmp_path / "x.gltf")
+        cad.read(tmp_path / "x.gltf")
         with pytest.raises(OutputError, match="is an input"):
             outputs.write_bytes(tmp_path / "x_normal.png", b"lost")
     assert read == ["a.bin"]
@@ -218,13 +219,13 @@ def fan(levels, width):
 @pytest.mark.parametrize(("levels", "width"), [(6, 10), (14, 3), (60, 2), (2, 5000)])
 def test_components_that_multiply_are_refused_in_a_line(tmp_path, levels, width):
     path = package(tmp_path / "bomb.3mf", fan(levels, width))
-    error = within(30.0, lambda: cad_files.read(path))
+    error = within(30.0, lambda: cad.read(path))
     assert isinstance(error, CadFileError)
     assert str(error) == f"bomb.3mf places more than {threemf.MAX_PARTS:,} parts: split it."
 
 
 def test_components_that_multiply_a_little_are_drawn(tmp_path):
-    model = cad_files.read(package(tmp_path / "box.3mf", fan(4, 5)))
+    model = cad.read(package(tmp_path / "box.3mf", fan(4, 5)))
     assert model.triangle_count == 5**4
 
 
@@ -233,7 +234,7 @@ ROUND = ({100: [1, 100]}, {100: [100] * 500 + [1]}, {100: [101, 101, 1], 101: [1
 
 @pytest.mark.parametrize("components", ROUND)
 def test_objects_that_contain_themselves_or_nothing_are_left_out_with_one_line(tmp_path, components):
-    model = within(20.0, lambda: cad_files.read(package(tmp_path / "round.3mf", components)))
+    model = within(20.0, lambda: cad.read(package(tmp_path / "round.3mf", components)))
     assert model.triangle_count >= 1
     lines = [line for line in model.warnings if "missing or contains itself" in line]
     assert len(lines) == 1
@@ -241,7 +242,7 @@ def test_objects_that_contain_themselves_or_nothing_are_left_out_with_one_line(t
 
 def test_what_a_file_says_stays_in_its_line(tmp_path):
     with pytest.raises(CadFileError) as caught:
-        cad_files.read(package(tmp_path / "unit.3mf", fan(1, 1), unit="x&#10;cad_shadow: all is well&#10;"))
+        cad.read(package(tmp_path / "unit.3mf", fan(1, 1), unit="x&#10;cad_shadow: all is well&#10;"))
     assert str(caught.value).isprintable()
-    model = cad_files.read(package(tmp_path / "id.3mf", {100: [1, "7&#10;forged line"]}))
+    model = cad.read(package(tmp_path / "id.3mf", {100: [1, "7&#10;forged line"]}))
     assert all(line.isprintable() for line in model.warnings)

@@ -14,13 +14,13 @@ from tests.conftest import ROOT
 RECORDED = "c6137a63071c2cc6e3102cf81c9201b4aa8a2c0c58c94958daa64c3b34559ad1"
 LOADS_ALL = """
 import importlib, pkgutil, sys, pytest
-for room in map(importlib.import_module, ("addon.maths", "addon.pipeline", "addon.images", "addon.platform_deck")):
+for room in map(importlib.import_module, ("addon.maths", "addon.pipeline", "addon.images", "addon.scene.platform_deck")):
     for module in pkgutil.walk_packages(room.__path__, room.__name__ + "."):
         importlib.import_module(module.name)
 sys.exit(pytest.main(sys.argv[1:]))
 """
-SOME = ["tests/maths/test_relief_carry.py", "tests/test_parts.py"]
-MORE = [*SOME, "tests/maths/test_spaces.py", "tests/maths/test_relief_life.py", "tests/test_sun_study.py"]
+SOME = ["tests/maths/relief/test_carry.py", "tests/test_registering.py"]
+MORE = [*SOME, "tests/maths/test_spaces.py", "tests/maths/relief/test_life.py", "tests/studies/test_sun_moments.py"]
 
 
 def test_a_seed_draws_the_recorded_examples_here_and_now():

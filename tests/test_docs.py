@@ -6,10 +6,10 @@ import tomllib
 
 import pytest
 
-from addon.cli import chosen_settings, overlaid
-from addon.cli_options import build_parser, joined
-from addon.options import OPTIONS
-from addon.pipeline.settings import Settings
+from addon.cli.main import chosen_settings, overlaid
+from addon.cli.parser import build_parser, joined
+from addon.settings.groups import Settings
+from addon.settings.options import OPTIONS
 from tests.conftest import ROOT
 from tools import docs_tables
 

@@ -108,4 +108,4 @@ for room in ("maths", "pipeline"):
 def test_maths_and_pipeline_import_without_blender():
     done = subprocess.run([sys.executable, "-c", IMPORT_WITHOUT_BLENDER], cwd=ROOT, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert {"addon.maths.view", "addon.pipeline.scene"} <= set(done.stdout.split())
+    assert {"addon.maths.view", "addon.scene.records"} <= set(done.stdout.split())

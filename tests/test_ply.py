@@ -6,9 +6,9 @@ import time
 import numpy as np
 import pytest
 
-from addon import cad_files
-from addon.cad_files.ply_elements import TYPES, ply_elements
 from addon.errors import CadFileError
+from addon.scene import cad
+from addon.scene.cad.ply_elements import TYPES, ply_elements
 
 SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 FORMATS = ("ascii", "binary_little_endian", "binary_big_endian")
@@ -48,7 +48,7 @@ def area(model):
 
 def read(path, data):
     path.write_bytes(data)
-    return cad_files.read(path)
+    return cad.read(path)
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -155,7 +155,7 @@ def test_files_cut_anywhere_and_counts_of_any_size_are_refused_quickly(tmp_path,
     for cut in range(20, len(whole) - 1):
         path.write_bytes(whole[:cut])
         try:
-            cad_files.read(path)
+            cad.read(path)
         except CadFileError as error:
             assert str(error).isprintable()
         else:
@@ -168,7 +168,7 @@ def test_files_cut_anywhere_and_counts_of_any_size_are_refused_quickly(tmp_path,
     ):
         path.write_bytes(whole.replace(old, new))
         with pytest.raises(CadFileError):
-            cad_files.read(path)
+            cad.read(path)
     assert time.perf_counter() - begin < 20.0
 
 

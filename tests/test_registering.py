@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.parts import attach, detach
+from addon.blender.registering import attach, detach
 
 
 class Part:

@@ -16,7 +16,7 @@ from tests.test_ply import SQUARE, faces, ply, vertices
 
 READ = """
 import sys
-from addon import cad_files
+from addon.scene import cad as cad_files
 for path in sys.argv[1:]:
     print(cad_files.read(path).triangle_count)
 left = {"scipy", "networkx", "PIL", "lxml", "shapely", "DracoPy"} & set(sys.modules)

@@ -11,11 +11,11 @@ import time
 import numpy as np
 import pytest
 
-from addon import outputs, scratch, user_files
 from addon.errors import OutputError
 from addon.images.exr import encode_exr
 from addon.images.png import encode_png
 from addon.images.whole import check_picture
+from addon.studies import outputs, scratch, user_files
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="named pipes, links and modes as POSIX has them")
 OLD = b"what the user had"
@@ -200,7 +200,7 @@ def test_nobody_else_can_guess_or_enter_the_temporary_folder(tmp_path):
 def test_what_a_killed_process_left_is_taken_away_and_what_a_living_one_holds_is_not(tmp_path, monkeypatch):
     code = (
         "import sys, time; sys.path.insert(0, sys.argv[1])\n"
-        "from pathlib import Path\nfrom addon import scratch\n"
+        "from pathlib import Path\nfrom addon.studies import scratch\n"
         "with scratch.beside(Path(sys.argv[2])) as place:\n"
         "    (place / 'part.png').write_bytes(b'half'); print(place.name, flush=True); time.sleep(60)\n"
     )

@@ -1,6 +1,6 @@
 """The parts of the documentation that repeat what the program says, made from it: option tables and the command line reference.
 
-Sources: `addon.options` (names, ranges, tooltips) and the parser of `addon.cli_options`. A page asks for tables with marker lines,
+Sources: `addon.settings.options` (names, ranges, tooltips) and the parser of `addon.cli.parser`. A page asks for tables with marker lines,
 
     <!-- options: warp eta -->  …  <!-- end -->      one row per option
     <!-- choices: warp -->  …  <!-- end -->          one row per choice of an option
@@ -17,12 +17,12 @@ from collections.abc import Iterator
 from math import isinf
 from pathlib import Path
 
-from addon.cli_options import build_parser
-from addon.option import Option
-from addon.options import BY_NAME
+from addon.cli.parser import build_parser
+from addon.settings.option import Option
+from addon.settings.options import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[1]
-DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "presets" / "cad_shadow_preview"
+DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "blender" / "presets" / "cad_shadow_preview"
 COMMAND_LINE = DOCS / "command_line.md"
 MARKED = re.compile(r"(<!-- (options|choices|presets): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 UNITS = {"m": " m", "texel": " texels"}

@@ -18,22 +18,23 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from . import image_editor, outputs, session
-from .api_impostors import Impostor, ImpostorPath, impostor_path, impostors
-from .api_view import View
-from .errors import OutputError
-from .images.passes import picture_of
-from .images.whole import check_picture
-from .job import ENGINE_PASSES, Outcome
-from .maths.theory import theory as predict
-from .maths.view import Camera, Light
-from .options import with_options
-from .pipeline.settings import PASSES, Settings
-from .rendering import render
-from .views import Point
+from ..blender import image_editor, session
+from ..blender.rendering import render
+from ..errors import OutputError
+from ..images.passes import picture_of
+from ..images.whole import check_picture
+from ..maths.error.theory import theory as predict
+from ..maths.view import Camera, Light
+from ..scene.asked_view import Point
+from ..settings.groups import PASSES, Settings
+from ..settings.options import with_options
+from ..studies import outputs
+from ..studies.run import ENGINE_PASSES, Outcome
+from .impostors import Impostor, ImpostorPath, impostor_path, impostors
+from .view import View
 
 if TYPE_CHECKING:
-    from .pipeline.impostor_life import ImpostorReport
+    from ..pipeline.impostors.life import ImpostorReport
 
 __all__ = ["Impostor", "ImpostorPath", "Preview", "analyse", "impostor_path", "impostors", "preview", "theory"]
 ALL_PASSES = tuple(name for name in PASSES if name != "texel")

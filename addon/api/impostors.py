@@ -9,19 +9,19 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from .api_view import View
-from .errors import SceneError, UserError
-from .impostor_chosen import Chosen
-from .impostor_files import critical_points, metadata, write_impostor
-from .impostor_path import PathFrame, csv_text, orbit, summaries, walk
-from .impostor_plane import make_plane
-from .impostors import baked, choice_for
-from .job import Job
-from .maths.relief import CaptureFrame
-from .outputs import write_bytes
-from .pipeline.baked_impostor import BakedImpostor
-from .rendering import Request, read
-from .snapshot import marked_instead
+from ..blender.impostors.chosen import Chosen
+from ..blender.impostors.plane import make_plane
+from ..blender.rendering import Request, read
+from ..blender.snapshot import marked_instead
+from ..errors import SceneError, UserError
+from ..maths.relief.warp import CaptureFrame
+from ..pipeline.impostors.baked import BakedImpostor
+from ..studies.impostors.asked import baked, choice_for
+from ..studies.impostors.files import critical_points, metadata, write_impostor
+from ..studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
+from ..studies.outputs import write_bytes
+from ..studies.run import Job
+from .view import View
 
 _VIEW = tuple(field.name for field in fields(View))
 

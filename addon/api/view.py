@@ -7,11 +7,11 @@ from math import radians
 
 import bpy
 
-from .combinations import idle
-from .options import with_options
-from .properties import settings_from
-from .rendering import Request
-from .views import Lens, Point, camera_maker, light_maker
+from ..blender.properties import settings_from
+from ..blender.rendering import Request
+from ..scene.asked_view import Lens, Point, camera_maker, light_maker
+from ..settings.combinations import idle
+from ..settings.options import with_options
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from .cad_model import CadMaterial, CadMesh, CadModel, CadPart
+from ..scene.cad_model import CadMaterial, CadMesh, CadModel, CadPart
 
 
 def to_blender(model: CadModel, parent: bpy.types.Collection) -> bpy.types.Collection:

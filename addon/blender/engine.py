@@ -9,10 +9,10 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..errors import UserError
+from ..pipeline.frame import Frame
+from ..studies.run import Job, Outcome, run
 from . import session, sources
-from .errors import UserError
-from .job import Job, Outcome, run
-from .pipeline.frame import Frame
 from .rendering import ENGINE, Request, active_request
 from .viewport import LiveView
 

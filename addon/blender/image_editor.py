@@ -9,9 +9,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..errors import OutputError
+from ..scene.cad.colors import linear_from_srgb
 from . import own_images
-from .cad_files.colors import linear_from_srgb
-from .errors import OutputError
 from .rendering import file_format
 
 NAME = "CAD Shadow Preview"

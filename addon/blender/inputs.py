@@ -6,12 +6,12 @@ from pathlib import Path
 
 import bpy
 
-from . import cad_files
+from ..errors import CadFileError
+from ..scene import cad
+from ..scene.cad_model import CadModel
+from ..studies.plain_text import shown_name
+from ..studies.user_files import note, opened
 from .cad_import import to_blender
-from .cad_model import CadModel
-from .errors import CadFileError
-from .plain_text import shown_name
-from .user_files import note, opened
 
 BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
 
@@ -26,7 +26,7 @@ def open_input(source: str, units: str | None = None, up: str | None = None) -> 
     path = Path(source)
     if path.suffix.lower() == ".blend":
         return open_blend(path), ()
-    return open_model(cad_files.read(path, units, up))
+    return open_model(cad.read(path, units, up))
 
 
 def open_blend(path: Path) -> bpy.types.Scene:
@@ -62,7 +62,7 @@ def _note_files() -> None:
 
 def open_deck(triangles: int) -> tuple[bpy.types.Scene, tuple[str, ...]]:
     """The procedural platform deck of about so many triangles, as a new scene."""
-    from .platform_deck import build
+    from ..scene.platform_deck import build
 
     return open_model(build(triangles))
 

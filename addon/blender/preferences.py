@@ -6,10 +6,10 @@ import sys
 
 import bpy
 
-from .job import stop_worker
-from .pipeline.machine import BACKENDS, Machine, backends_on, choose
+from ..pipeline.gl.machine import BACKENDS, Machine, backends_on, choose
+from ..studies.run import stop_worker
 
-EXTENSION = __package__.rpartition(".")[0]  # what Blender enables; empty where the package is used without being an extension
+EXTENSION = __package__.removesuffix(".blender").rpartition(".")[0]  # what Blender enables; empty where nothing was enabled
 BACKEND_WORDS = {
     "auto": ("Automatic", "EGL on Linux, the system's own elsewhere"),
     "egl": ("EGL", "Works without a window system, on Wayland and on servers"),

@@ -13,13 +13,13 @@ import numpy as np
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, PointerProperty
 
-from .combinations import applies
-from .maths.choices import PartitionChoice
-from .maths.slices import slice_count
-from .option import Option
-from .options import OPTIONS, with_options
-from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
-from .pipeline.settings import Settings
+from ..maths.choices import PartitionChoice
+from ..maths.shadow.slices import slice_count
+from ..scene.mesh_prep import DEFAULT_CREASE_RAD
+from ..settings.combinations import applies
+from ..settings.groups import Settings
+from ..settings.option import Option
+from ..settings.options import OPTIONS, with_options
 from .redraw import on_change
 from .sun_properties import CadShadowSun
 

@@ -13,15 +13,15 @@ from pathlib import Path
 
 import bpy
 
-from . import stopping
-from .default_view import camera_for_view
-from .errors import Cancelled, OutputError, SceneError, UserError
-from .job import ENGINE_PASSES, Job, Outcome
-from .maths.view import Camera
-from .pipeline.scene import Scene
-from .pipeline.settings import Settings
-from .plain_text import shown_name
-from .views import CameraMaker, Lens, LightMaker
+from ..errors import Cancelled, OutputError, SceneError, UserError
+from ..maths.view import Camera
+from ..scene.asked_view import CameraMaker, Lens, LightMaker
+from ..scene.default_view import camera_for_view
+from ..scene.records import Scene
+from ..settings.groups import Settings
+from ..studies import stopping
+from ..studies.plain_text import shown_name
+from ..studies.run import ENGINE_PASSES, Job, Outcome
 
 ENGINE = "CAD_SHADOW_PREVIEW"
 NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"

@@ -8,13 +8,13 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
+from ..errors import UserError
+from ..studies.run import Outcome, libraries_ready, stop_worker
 from . import sources
 from .changes import stamp_of
-from .errors import UserError
-from .job import Outcome, libraries_ready, stop_worker
 
 if TYPE_CHECKING:
-    from .pipeline.impostor_life import ImpostorReport
+    from ..pipeline.impostors.life import ImpostorReport
 
 LOAD_AFTER_S = 1.0
 

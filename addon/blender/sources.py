@@ -10,18 +10,18 @@ from math import inf
 
 import bpy
 
-from .default_view import default_sun, world_sun
-from .errors import SceneError
-from .impostors import choice_of
-from .job import ENGINE_PASSES, Job, on_worker
-from .maths.view import Camera, Light
-from .pipeline.local_origin import based_near
-from .pipeline.scene import Scene
-from .pipeline.settings import Settings
+from ..errors import SceneError
+from ..maths.view import Camera, Light
+from ..scene.asked_view import sun_from
+from ..scene.default_view import default_sun, world_sun
+from ..scene.local_origin import based_near
+from ..scene.records import Scene
+from ..settings.groups import Settings
+from ..studies.impostors.asked import choice_of
+from ..studies.run import ENGINE_PASSES, Job, on_worker
 from .properties import settings_from
 from .rendering import NO_CAMERA, Request, active_request, isometric
 from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches
-from .views import sun_from
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
 FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left is used. Choose that light under Light to use it."

@@ -8,10 +8,10 @@ from math import degrees, pi, radians
 import bpy
 from bpy.props import BoolProperty, FloatProperty, IntProperty
 
-from .errors import SettingsError
-from .maths.sun_position import Clock, Place, nautical_offset_h
+from ..errors import SettingsError
+from ..maths.sun import Clock, Place, nautical_offset_h
+from ..studies.sun.moments import DEFAULT_STEPS
 from .redraw import on_change
-from .sun_study import DEFAULT_STEPS
 
 
 def _hours(name: str, description: str, default: float) -> object:

@@ -19,11 +19,11 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
+from ..errors import Cancelled, UserError
+from ..maths.shadow.projection import ShadowPlan
+from ..pipeline.frame import Frame
+from ..studies.run import Job, Pending, libraries_ready
 from . import session, sources
-from .errors import Cancelled, UserError
-from .job import Job, Pending, libraries_ready
-from .maths.projection import ShadowPlan
-from .pipeline.frame import Frame
 from .rendering import ENGINE
 from .textures import texture_of
 

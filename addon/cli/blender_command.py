@@ -1,4 +1,4 @@
-"""`blender --command cad_shadow …`: the command line of `cli.py`, inside a full Blender."""
+"""`blender --command cad_shadow …`: the command line of `main.py`, inside a full Blender."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _handles: list[object] = []
 
 def run(argv: list[str]) -> int:
     """Blender calls this with everything after the command's name; the result is its exit code."""
-    from .cli import main
+    from .main import main
 
     return main(argv)
 

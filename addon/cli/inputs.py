@@ -8,17 +8,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TextIO
 
-from . import stopping
+from ..errors import UserError
+from ..studies import stopping
+from ..studies.outputs import check_target, claim, recorded
+from ..studies.plain_text import shown, shown_name
+from ..studies.report import failed_report
+from ..studies.terminal import complain
+from ..studies.user_files import note
 from .batch.items import Item, items_of
 from .batch.progress import Progress
 from .batch.stamp import KEY, done_before, request_digest
 from .batch.workers import Answer, answers, serve
-from .errors import UserError
-from .outputs import check_target, claim, recorded
-from .plain_text import shown, shown_name
-from .report import failed_report
-from .terminal import complain
-from .user_files import note
 
 LONGEST = 300
 UNCHANGED = "done before, unchanged"
@@ -85,7 +85,7 @@ def _work(args: argparse.Namespace, todo: list[Item]) -> Iterator[tuple[Item, An
     if args.jobs > 1 and len(todo) > 1:
         yield from answers(todo, args.argv, args.jobs)
     elif todo:
-        from .cli_scenes import answers_here  # imports Blender, which talks
+        from .run import answers_here  # imports Blender, which talks
 
         yield from answers_here(todo, args)
 
@@ -118,7 +118,7 @@ def _write_sheet(args: argparse.Namespace, items: list[Item], reports: list[dict
 
 def run_worker(args: argparse.Namespace, out: TextIO) -> None:
     """Be a worker of another process: inputs come on standard input."""
-    from .cli_scenes import one, registered
+    from .run import one, registered
 
     args.is_batch = True
     with registered():

@@ -1,4 +1,4 @@
-"""The command line: its words are in `cli_options.py`; here they are turned into work and an exit code.
+"""The command line: its words are in `parser.py`; here they are turned into work and an exit code.
 
 0: all done. 1: some input failed, the others are done, the report says which and why. 2: the command line was not understood.
 """
@@ -14,17 +14,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
-from .cli_batch import claim_results, report_mistake, run_inputs, run_worker
-from .cli_impostor_options import path_mistake
-from .cli_options import build_parser, joined
-from .combinations import idle, named
-from .errors import SettingsError, UserError
-from .options import with_options
-from .outputs import check_target, json_text, recorded, run_of_results, write_json
-from .pipeline.settings import Settings
-from .stopping import heeded
-from .terminal import Closed, complain, flushed, make_ready, told
-from .user_files import read_bytes, run_of_inputs
+from ..errors import SettingsError, UserError
+from ..settings.combinations import idle, named
+from ..settings.groups import Settings
+from ..settings.options import with_options
+from ..studies.outputs import check_target, json_text, recorded, run_of_results, write_json
+from ..studies.stopping import heeded
+from ..studies.terminal import Closed, complain, flushed, make_ready, told
+from ..studies.user_files import read_bytes, run_of_inputs
+from .inputs import claim_results, report_mistake, run_inputs, run_worker
+from .parser import build_parser, joined
+from .parser_impostors import path_mistake
 
 DONE, FAILED, MISUSED = 0, 1, 2
 BENCH_TRIANGLES = 1_000_000
@@ -127,7 +127,7 @@ def _options_of(args: argparse.Namespace) -> dict[str, object]:
 
 def theory_command(args: argparse.Namespace) -> int:
     """`theory`: needs neither Blender nor OpenGL."""
-    from .maths.theory import text_report, theory
+    from ..maths.error.theory import text_report, theory
 
     try:
         settings = chosen_settings(Settings(), args)

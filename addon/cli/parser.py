@@ -10,11 +10,14 @@ import argparse
 import re
 from math import radians
 
-from .advice.goal import MOST_FRAMES, picked_frames
-from .cad_files.units import metres_per_unit, z_up_from
-from .cli_batch_options import NO_BATCH, add_batch, add_preset, add_sun, positive
-from .cli_impostor_options import add_capture, add_objects, add_path
-from .cli_types import (
+from ..scene.cad.units import metres_per_unit, z_up_from
+from ..scene.platform_deck.layout import FEWEST, MOST
+from ..settings.groups import PASSES
+from ..settings.impostor_options import IMPOSTOR_OPTIONS
+from ..settings.option import Option
+from ..settings.options import OPTIONS
+from ..studies.advice.goal import MOST_FRAMES, picked_frames
+from .commands.types import (
     between,
     checked_by,
     degrees_between,
@@ -28,11 +31,8 @@ from .cli_types import (
     size,
     vector,
 )
-from .option import Option
-from .option_impostors import IMPOSTOR_OPTIONS
-from .options import OPTIONS
-from .pipeline.settings import PASSES
-from .platform_deck.layout import FEWEST, MOST
+from .parser_batch import NO_BATCH, add_batch, add_preset, add_sun, positive
+from .parser_impostors import add_capture, add_objects, add_path
 
 VIEWS = ("iso", "front", "back", "left", "right", "top", "bottom")
 FORMATS = ("png", "exr", "npz")

@@ -1,12 +1,12 @@
-"""The command line's words for batches, presets and sun studies; the others are in `cli_options.py`. No bpy."""
+"""The command line's words for batches, presets and sun studies; the others are in `parser.py`. No bpy."""
 
 from __future__ import annotations
 
 import argparse
 from datetime import date
 
-from .cli_types import between
-from .sun_study import DEFAULT_STEPS, clock_hours
+from ..studies.sun.moments import DEFAULT_STEPS, clock_hours
+from .commands.types import between
 
 NO_BATCH = {"recursive": False, "resume": False, "jobs": 1, "contact_sheet": False, "worker": False}
 

@@ -1,11 +1,11 @@
-"""The command line's words for impostors; the others are in `cli_options.py`. No bpy."""
+"""The command line's words for impostors; the others are in `parser.py`. No bpy."""
 
 from __future__ import annotations
 
 import argparse
 
-from .cli_batch_options import positive
-from .cli_types import finite
+from .commands.types import finite
+from .parser_batch import positive
 
 
 def add_objects(parser: argparse.ArgumentParser) -> None:

@@ -10,32 +10,34 @@ from pathlib import Path
 
 import bpy
 
-from . import presets, register, stopping, unregister
+from .. import register, unregister
+from ..blender import presets
+from ..blender.inputs import open_deck, open_input
+from ..blender.properties import settings_from
+from ..blender.rendering import Request, render
+from ..errors import UserError
+from ..images.png import encode_png
+from ..images.whole import check_picture
+from ..scene.asked_view import Lens, camera_maker, light_maker
+from ..settings.groups import PASSES, Settings
+from ..studies import stopping
+from ..studies.light_view import SIZE as LIGHT_VIEW_SIZE
+from ..studies.light_view import light_picture
+from ..studies.outputs import recorded, write_bytes, write_json, write_npz, write_pass, written
+from ..studies.report import failed_report
+from ..studies.run import Outcome, renderer
+from ..studies.terminal import complain
+from ..studies.truth.against import against_truth, sentence
+from ..studies.truth.compare import COMPARED_PASSES
+from ..studies.user_files import Key, Noted, run_of_inputs
 from .batch.items import Item
 from .batch.stamp import companions_of, request_digest, stamp_of, stamped
 from .batch.workers import Answer
-from .bench import Course, run, text_table
-from .cli import chosen_settings, idle_options
-from .cli_advise import advise_command
-from .cli_impostors import impostor_command, path_command
-from .cli_sun import sun_study_command
-from .comparing import against_truth, sentence
-from .errors import UserError
-from .images.png import encode_png
-from .images.whole import check_picture
-from .inputs import open_deck, open_input
-from .job import Outcome, renderer
-from .light_view import SIZE as LIGHT_VIEW_SIZE
-from .light_view import light_picture
-from .outputs import recorded, write_bytes, write_json, write_npz, write_pass, written
-from .pipeline.settings import PASSES, Settings
-from .properties import settings_from
-from .rendering import Request, render
-from .report import failed_report
-from .terminal import complain
-from .truth.compare import COMPARED_PASSES
-from .user_files import Key, Noted, run_of_inputs
-from .views import Lens, camera_maker, light_maker
+from .commands.advise import advise_command
+from .commands.bench import Course, run, text_table
+from .commands.impostors import impostor_command, path_command
+from .commands.sun_study import sun_study_command
+from .main import chosen_settings, idle_options
 
 
 def answers_here(items: list[Item], args: argparse.Namespace) -> Iterator[tuple[Item, Answer]]:

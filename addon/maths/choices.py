@@ -109,7 +109,8 @@ class PartitionChoice:
     light, which need no adapting to γ, self-similar splits);
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
     `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the
-    maps do not overlap as the light sees them (`slices.py`); 'halves' the same with half as many slices, each in two halves side by side.
+    maps do not overlap as the light sees them (`shadow/slices.py`); 'halves' the same with half as many slices, each in two halves side by
+    side.
     """
 
     kind: str = "z-adaptive"

@@ -9,13 +9,13 @@ from math import inf
 
 import bpy
 
-from .. import session, sources
-from ..advice import Advice, Goal, Shot, advice_report, advise
-from ..advice.goal import MOST_FRAMES, picked_frames
+from ..blender import session, sources
+from ..blender.properties import store
+from ..blender.snapshot import camera_from_object
 from ..errors import Cancelled, UserError
-from ..job import Cancels, Progress
-from ..properties import store
-from ..snapshot import camera_from_object
+from ..studies.advice import Advice, Goal, Shot, advice_report, advise
+from ..studies.advice.goal import MOST_FRAMES, picked_frames
+from ..studies.run import Cancels, Progress
 from .background import JobOperator, OnThread, PendingView
 
 MEBI = 2**20

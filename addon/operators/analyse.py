@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from ..job import Outcome
+from ..studies.run import Outcome
 from .background import JobOperator
 
 

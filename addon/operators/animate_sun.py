@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import bpy
 
+from ..blender.sun_properties import hours_of, sky_of
 from ..errors import UserError
-from ..sun_properties import hours_of, sky_of
-from ..sun_study import moments
+from ..studies.sun.moments import moments
 from .sun_object import find_or_make, turn
 
 

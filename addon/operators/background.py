@@ -12,10 +12,10 @@ from weakref import WeakSet
 
 import bpy
 
-from .. import image_editor, session, sources
+from ..blender import image_editor, session, sources
+from ..blender.redraw import redraw
 from ..errors import Cancelled, UserError
-from ..job import Cancels, Outcome, Pending, Progress
-from ..redraw import redraw
+from ..studies.run import Cancels, Outcome, Pending, Progress
 from .ticking import Ticking, takes_operators
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from math import atan, degrees
 import bpy
 from mathutils import Matrix
 
-from .. import sources
-from ..default_view import VIEWS, camera_for_view, corners, depth_range
+from ..blender import sources
+from ..blender.snapshot.cameras import matrix, rigid_inverse
 from ..errors import SceneError
-from ..pipeline.scene import Scene
-from ..snapshot.cameras import matrix, rigid_inverse
+from ..scene.default_view import VIEWS, camera_for_view, corners, depth_range
+from ..scene.records import Scene
 from .background import JobOperator, PendingView, Ready
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import image_editor
-from ..job import ENGINE_PASSES, Cancels, Job, Outcome, Progress, run
+from ..blender import image_editor
+from ..studies.run import ENGINE_PASSES, Cancels, Job, Outcome, Progress, run
 from .background import PictureOperator
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def compared(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcome, np
 
     Raises `Cancelled` soon after it is given up.
     """
-    from ..comparing import against_truth  # loaded with the first comparison, so that enabling the add-on stays quick
+    from ..studies.truth.against import against_truth  # loaded with the first comparison, so that enabling the add-on stays quick
 
     outcome = run(replace(job, passes=PASSES), lambda fraction, stage: say(SHARE_OF_PICTURE * fraction, stage), is_given_up)
     say(SHARE_OF_PICTURE, "tracing rays")
@@ -43,7 +43,7 @@ class CAD_SHADOW_OT_compare(PictureOperator, bpy.types.Operator):
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Say the most telling numbers."""
-        from ..comparing import sentence
+        from ..studies.truth.against import sentence
 
         self.report({"INFO"}, sentence(outcome.report["truth"]))
 

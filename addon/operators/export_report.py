@@ -7,8 +7,9 @@ from pathlib import Path
 import bpy
 from bpy_extras.io_utils import ExportHelper
 
-from .. import outputs, session
+from ..blender import session
 from ..errors import UserError
+from ..studies import outputs
 
 
 class CAD_SHADOW_OT_export_report(ExportHelper, bpy.types.Operator):

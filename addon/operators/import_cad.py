@@ -9,12 +9,13 @@ import numpy as np
 from bpy_extras.io_utils import ImportHelper
 from mathutils import Matrix
 
-from .. import cad_files, clip_range
-from ..cad_files.sniff import SUFFIXES
-from ..cad_files.units import METRES_PER_UNIT, UPS
-from ..cad_import import to_blender
-from ..cad_model import CadModel
+from ..blender import clip_range
+from ..blender.cad_import import to_blender
 from ..errors import UserError
+from ..scene import cad
+from ..scene.cad.sniff import SUFFIXES
+from ..scene.cad.units import METRES_PER_UNIT, UPS
+from ..scene.cad_model import CadModel
 
 UNIT_TITLES = {
     "m": "Metres",
@@ -105,7 +106,7 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
 
     def _read(self, path: Path) -> list[CadModel]:
         try:
-            model = cad_files.read(path, None if self.units == "AUTO" else self.units, None if self.up == "AUTO" else self.up)
+            model = cad.read(path, None if self.units == "AUTO" else self.units, None if self.up == "AUTO" else self.up)
         except UserError as error:
             self.report({"ERROR"}, str(error))
             return []

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import bpy
 
+from ..blender.impostors.plane import make_plane, pack_images
+from ..blender.snapshot.instances import listed
 from ..errors import SceneError, UserError
-from ..impostor_files import metadata, unique_names, write_impostor
-from ..impostor_plane import make_plane, pack_images
-from ..impostors import baking, groups_of
-from ..job import Job
-from ..pipeline.baked_impostor import BakedImpostor
-from ..snapshot.instances import listed
+from ..pipeline.impostors.baked import BakedImpostor
+from ..studies.impostors.asked import baking, groups_of
+from ..studies.impostors.files import metadata, unique_names, write_impostor
+from ..studies.run import Job
 from .background import JobOperator, PendingView
 from .impostors import ACTIVE, ALL, HIDDEN, SELECTED, NeedsMarks, chosen_marks, is_one_of
 

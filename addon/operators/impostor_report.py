@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import image_editor, session
+from ..blender import image_editor, session
+from ..blender.impostors.marks import active_mark
 from ..errors import SceneError
-from ..impostor_marks import active_mark
-from ..impostor_states import annotated
-from ..impostors import shaded_texture
-from ..job import Job, Outcome, Pending
 from ..pipeline.frame import Frame
+from ..studies.impostors.asked import shaded_texture
+from ..studies.impostors.states import annotated
+from ..studies.run import Job, Outcome, Pending
 from .background import JobOperator, PendingView
 from .impostors import HIDDEN, NeedsImpostors
 
 if TYPE_CHECKING:
-    from ..pipeline.impostor_life import ImpostorReport
+    from ..pipeline.impostors.life import ImpostorReport
 
 TITLE = f"{image_editor.NAME}: critical points"
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import bpy
 
-from .. import session, sources
+from ..blender import session, sources
+from ..blender.impostors.marks import active_mark, all_marked, is_marked, set_mark
+from ..blender.snapshot import mark_of_id
+from ..blender.snapshot.instances import listed
 from ..errors import SceneError
-from ..impostor_marks import active_mark, all_marked, is_marked, set_mark
-from ..impostors import ALL_AT_ONCE
-from ..job import Job, Outcome, Pending
-from ..pipeline.scene import Mark
-from ..snapshot import mark_of_id
-from ..snapshot.instances import listed
+from ..scene.records import Mark
+from ..studies.impostors.asked import ALL_AT_ONCE
+from ..studies.run import Job, Outcome, Pending
 from .background import JobOperator, PendingView
 
 ACTIVE = ("ACTIVE", "Chosen in the List", "The impostor chosen in the list")

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import image_editor
-from ..job import Cancels, Job, Outcome, Progress, run
-from ..light_view import SIZE, light_picture
+from ..blender import image_editor
+from ..studies.light_view import SIZE, light_picture
+from ..studies.run import Cancels, Job, Outcome, Progress, run
 from .background import PictureOperator
 
 if TYPE_CHECKING:

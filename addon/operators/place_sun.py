@@ -6,9 +6,9 @@ from math import degrees
 
 import bpy
 
+from ..blender.sun_properties import sky_of
 from ..errors import UserError
-from ..sun_properties import sky_of
-from ..sun_study import moment
+from ..studies.sun.moments import moment
 from .sun_object import find_or_make, put
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import bpy
 
-from .. import image_editor
-from ..job import Outcome
+from ..blender import image_editor
+from ..studies.run import Outcome
 from .background import JobOperator
 
 

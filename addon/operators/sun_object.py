@@ -7,9 +7,9 @@ from math import pi
 import bpy
 from mathutils import Euler, Matrix
 
-from ..maths.sun_position import Place
-from ..sun_properties import CadShadowSun, to_sun_position
-from ..sun_study import Moment
+from ..blender.sun_properties import CadShadowSun, to_sun_position
+from ..maths.sun import Place
+from ..studies.sun.moments import Moment
 
 NAME = "CAD Sun"
 

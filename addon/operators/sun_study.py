@@ -5,10 +5,10 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from .. import image_editor
-from ..sun_pictures import study
-from ..sun_properties import hours_of, sky_of
-from ..sun_study import moments
+from ..blender import image_editor
+from ..blender.sun_properties import hours_of, sky_of
+from ..studies.sun.moments import moments
+from ..studies.sun.pictures import study
 from .background import JobOperator, PendingView, on_thread
 
 IMAGE = f"{image_editor.NAME}: sun study"

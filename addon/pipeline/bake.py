@@ -1,6 +1,6 @@
 """An impostor as images to keep: its colours beside the depths, normals and ids of the capture, read back. Worker thread only.
 
-What is drawn in this program needs no colours (`impostor_capture.py`); what leaves it does. Colours are straight (not premultiplied),
+What is drawn in this program needs no colours (`impostors/capture.py`); what leaves it does. Colours are straight (not premultiplied),
 linear, and go on a few texels beyond the outline under alpha 0, so that filtering brings in no black. Depth is never filtered.
 """
 
@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import GpuError, SceneError
-from ..maths.relief import CaptureFrame
-from ..maths.relief_frame import capture_frame
-from .baked_impostor import BakedImpostor
+from ..maths.relief.frame import capture_frame
+from ..maths.relief.warp import CaptureFrame
 from .device import Device
-from .impostor_capture import capture, capture_bytes
-from .impostor_life import ImpostorChoice, ImpostorGroup
+from .impostors.baked import BakedImpostor
+from .impostors.capture import capture, capture_bytes
+from .impostors.life import ImpostorChoice, ImpostorGroup
 from .renderer import Request, Ticket, render_frame
 
 BORDER_TEXELS = 8

@@ -10,13 +10,13 @@ import time
 import moderngl
 import numpy as np
 
-from ..maths.projection import ShadowPlan
+from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
+from ..scene.records import Scene
 from .device import Device
-from .gl_raw import GL_DEPTH_CLAMP
-from .programs import matrix_bytes, set_uniforms
+from .gl.gl_raw import GL_DEPTH_CLAMP
+from .gl.programs import matrix_bytes, set_uniforms
 from .renderer import Request, Ticket, render_frame
-from .scene import Scene
 
 
 class BarePasses:

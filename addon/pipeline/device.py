@@ -10,19 +10,19 @@ from typing import TypeVar
 import moderngl
 import numpy as np
 
-from ..maths.projection import ShadowPlan
+from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
-from .allocation import allocating, freed_with
-from .context import GpuWorker
-from .draw_list import DrawList
-from .gbuffer_pass import GBuffer
-from .geometry import GeometryStore
-from .gl_raw import BufferTexture, raw_gl
-from .large_receivers import LargePlanes, large_planes
-from .programs import Programs
-from .settings import TestChoice
-from .shade_pass import ShadePass, ShadeTarget
-from .shadow_pass import ShadowMaps
+from ..settings.groups import TestChoice
+from .geometry.draw_list import DrawList
+from .geometry.store import GeometryStore
+from .gl.allocation import allocating, freed_with
+from .gl.context import GpuWorker
+from .gl.gl_raw import BufferTexture, raw_gl
+from .gl.programs import Programs
+from .passes.gbuffer import GBuffer
+from .passes.large_receivers import LargePlanes, large_planes
+from .passes.shade import ShadePass, ShadeTarget
+from .passes.shadow import ShadowMaps
 
 PLAIN = TestChoice()
 _PICTURE = "a picture of this size", "choose a smaller one"

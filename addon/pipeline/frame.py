@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..maths.projection import ShadowPlan
+from ..maths.shadow.projection import ShadowPlan
 
 if TYPE_CHECKING:
-    from .impostor_life import ImpostorReport
+    from .impostors.life import ImpostorReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +20,8 @@ class Frame:
     `passes` holds the images asked for, by the contract's names: combined (h, w, 4), shadow (h, w), depth (h, w) view depth or inf,
     normal (h, w, 3) world, object (h, w) int32, partition (h, w) int32, aliasing (h, w, 3), and with 'texel' shadow_depth (k, N, N).
     `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the contract's report;
-    `gl` {"renderer", "version"}; `measured` the error statistics (maths.errors.aliasing_statistics).
-    `impostors` one `ImpostorReport` (pipeline.impostor_life) per impostor asked for.
+    `gl` {"renderer", "version"}; `measured` the error statistics (maths.error.aliasing.aliasing_statistics).
+    `impostors` one `ImpostorReport` (pipeline.impostors.life) per impostor asked for.
     """
 
     passes: dict[str, np.ndarray]

@@ -16,24 +16,24 @@ import moderngl
 import numpy as np
 
 from ..errors import Cancelled, GpuError
-from ..maths.errors import aliasing_statistics
-from ..maths.fit import plan_shadows
-from ..maths.precision import Loss, precision_loss
-from ..maths.projection import ShadowPlan
+from ..maths.error.aliasing import aliasing_statistics
+from ..maths.error.precision import Loss, precision_loss
+from ..maths.shadow.fit import plan_shadows
+from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera, Light
-from .context import POLL_S, GpuWorker, shared_worker
+from ..scene.records import Scene
+from ..settings.groups import Settings
 from .device import Device, device_of
-from .draw_list import DrawList
 from .frame import Frame
-from .gbuffer_pass import draw_gbuffer, pixel_rays, surface_points_ws
-from .gl_raw import finish
-from .impostor_life import ImpostorChoice, ImpostorFrame, library_of
-from .impostor_shadows import casters_of
-from .machine import check_picture
-from .readback import frame_passes, read_texture
-from .scene import Scene
-from .settings import Settings
-from .shadow_pass import ShadowMaps, draw_shadow_maps
+from .geometry.draw_list import DrawList
+from .gl.context import POLL_S, GpuWorker, shared_worker
+from .gl.gl_raw import finish
+from .gl.machine import check_picture
+from .gl.readback import frame_passes, read_texture
+from .impostors.life import ImpostorChoice, ImpostorFrame, library_of
+from .impostors.shadows import casters_of
+from .passes.gbuffer import draw_gbuffer, pixel_rays, surface_points_ws
+from .passes.shadow import ShadowMaps, draw_shadow_maps
 
 Progress = Callable[[float, str], None]
 Task = Callable[..., object]

@@ -8,11 +8,11 @@ from math import tan
 
 import numpy as np
 
+from ..errors import SceneError
+from ..maths.choices import require
+from ..maths.view import Camera, Light
 from .default_view import camera_for_view, camera_from_eye
-from .errors import SceneError
-from .maths.choices import require
-from .maths.view import Camera, Light
-from .pipeline.scene import Scene
+from .records import Scene
 
 Point = tuple[float, float, float]
 CameraMaker = Callable[[Scene, tuple[int, int]], Camera]

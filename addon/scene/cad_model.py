@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .pipeline.scene import frozen
+from .records import frozen
 
 
 @dataclass(frozen=True, slots=True)

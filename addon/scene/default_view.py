@@ -10,9 +10,9 @@ from math import radians, tan
 
 import numpy as np
 
-from .errors import SettingsError
-from .maths.view import Camera, Light
-from .pipeline.scene import Scene
+from ..errors import SettingsError
+from ..maths.view import Camera, Light
+from .records import Scene
 
 Point = tuple[float, float, float]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from .cad_model import CadMesh, CadModel
-from .pipeline.mesh_pieces import RawMesh, prepare_all
-from .pipeline.mesh_prep import DEFAULT_CREASE_RAD
-from .pipeline.scene import Instances, Scene
+from .mesh_pieces import RawMesh, prepare_all
+from .mesh_prep import DEFAULT_CREASE_RAD
+from .records import Instances, Scene
 
 GREY = (0.8, 0.8, 0.8, 1.0)
 

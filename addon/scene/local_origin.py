@@ -11,7 +11,7 @@ from math import ceil, log2
 import numpy as np
 
 from ..maths.view import Camera, Light
-from .scene import Scene
+from .records import Scene
 
 FARTHEST = 512.0  # times the distance of the nearest object: there a step of float32 is 1/30 of a pixel of 1/1000
 GRID = 128.0      # times that distance: the origins that an eye on its way takes up

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh_prep import Defects, Shaded, drawable, shade_by_corners, shade_by_crease
-from .scene import Mesh
+from .records import Mesh
 
 FAR = 4.0
 TRIANGLES_AT_ONCE = 1 << 18

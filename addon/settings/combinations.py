@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from .maths import choices
-from .option_impostors import IMPOSTOR_APPLIES
+from ..maths import choices
+from .groups import Settings
+from .impostor_options import IMPOSTOR_APPLIES
 from .options import BY_NAME, OPTIONS, values_of
-from .pipeline.settings import Settings
 
 
 def applies(name: str, values: object) -> bool:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from math import degrees
 
 from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, require_choice, require_types
-from ..maths.relief_frame import CaptureChoice
-from ..maths.relief_life import LIMITS, LifeSettings
+from ..maths.relief.frame import CaptureChoice
+from ..maths.relief.life import LIMITS, LifeSettings
 
 TESTS = ("depth", "id-depth", "triangle")
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
@@ -103,7 +103,7 @@ class ShadingChoice:
 
 @dataclass(frozen=True, slots=True)
 class ImpostorSettings:
-    """How objects marked as impostors are captured, drawn and renewed (RI; `maths/relief_life.py`, `maths/relief_frame.py`).
+    """How objects marked as impostors are captured, drawn and renewed (RI; `maths/relief/life.py`, `maths/relief/frame.py`).
 
     `use` 'automatic': the life cycle renews them; 'manual': the user does; 'off': all is drawn as geometry. `fresh`: every final render
     captures anew, so that a picture does not depend on those before it. `limit` of the `predictor`, in its unit (None: its usual one).

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from .maths.relief_life import LIMITS
+from ..maths.relief.life import LIMITS
+from .groups import IMPOSTOR_CASTERS, IMPOSTOR_PROJECTIONS, IMPOSTOR_USES, IMPOSTOR_WARPS
 from .option import Option, choice
-from .option_words import IMPOSTOR_CASTER_WORDS, IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
-from .pipeline.settings import IMPOSTOR_CASTERS, IMPOSTOR_PROJECTIONS, IMPOSTOR_USES, IMPOSTOR_WARPS
+from .words import IMPOSTOR_CASTER_WORDS, IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
 
 GROUP = "impostor"
 

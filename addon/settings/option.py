@@ -1,4 +1,4 @@
-"""What an option is. The options themselves: `options.py`, `option_impostors.py`. No bpy."""
+"""What an option is. The options themselves: `options.py`, `impostor_options.py`. No bpy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
-from .pipeline.settings import Settings
+from .groups import Settings
 
 Kind = Literal["choice", "number", "count", "switch", "numbers", "color"]
 

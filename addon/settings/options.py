@@ -1,18 +1,19 @@
 """Every option once: its name, the setting it feeds, its range and the words that explain it. No bpy.
 
-Blender's properties (`properties.py`), the command line (`cli_options.py`) and settings files are made from this table.
-Defaults, choices and checks stay in the frozen dataclasses of `maths.choices` and `pipeline.settings`; nothing here repeats them.
+Blender's properties (`blender/properties.py`), the command line (`cli/parser.py`) and settings files are made from this table.
+Defaults, choices and checks stay in the frozen dataclasses of `maths.choices` and `settings.groups`; nothing here repeats them.
 """
 
 from __future__ import annotations
 
 from dataclasses import fields
 
-from .errors import SettingsError
-from .maths.choices import CONVERGENCES, CUTS, FITS, PARTITIONS, WARPS
+from ..errors import SettingsError
+from ..maths.choices import CONVERGENCES, CUTS, FITS, PARTITIONS, WARPS
+from .groups import BIASES, DISPLAYS, FILTER_UNITS, LONGEST_M, PCF_COUNTS, TESTS, Settings
+from .impostor_options import IMPOSTOR_OPTIONS
 from .option import Option, choice
-from .option_impostors import IMPOSTOR_OPTIONS
-from .option_words import (
+from .words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
     CUT_WORDS,
@@ -26,7 +27,6 @@ from .option_words import (
     TEST_WORDS,
     WARP_WORDS,
 )
-from .pipeline.settings import BIASES, DISPLAYS, FILTER_UNITS, LONGEST_M, PCF_COUNTS, TESTS, Settings
 
 OPTIONS: tuple[Option, ...] = (
     choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARPS, WARP_WORDS),

@@ -1,6 +1,6 @@
 """The words that explain each choice: (label, what it does to the picture), in the order of the choices. No bpy."""
 
-from .pipeline.settings import PCF_COUNTS
+from .groups import PCF_COUNTS
 
 WARP_WORDS = (
     ("Uniform", "Every texel covers the same area seen from the light: sharp far away, coarse near the eye"),

@@ -1,4 +1,4 @@
-// Aliasing error per pixel (method §1; T4 (11), (12)): pixels covered by one shadow-map texel. Mirrors maths/measure.py.
+// Aliasing error per pixel (method §1; T4 (11), (12)): pixels covered by one shadow-map texel. Mirrors maths/error/measure.py.
 
 // How the surface point moves with the pixel: `along` is the view ray per metre of view depth, `move` the point's motion at constant depth.
 vec3 on_plane(vec3 move, vec3 along, vec3 normal) {

@@ -1,5 +1,5 @@
-// Planes of triangles that are huge beside what is seen of them, made in float64 (pipeline/large_receivers.py): unit normal by the winding,
-// and the height of u_origin over it. Two texels a row, sorted by slot and triangle.
+// Planes of triangles that are huge beside what is seen of them, made in float64 (pipeline/passes/large_receivers.py): unit normal by the
+// winding, and the height of u_origin over it. Two texels a row, sorted by slot and triangle.
 #if LARGE
 uniform usamplerBuffer u_large;
 uniform int u_large_count;

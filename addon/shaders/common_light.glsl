@@ -3,7 +3,7 @@ uniform vec4 u_light_color;      // rgb times strength; a: 1 = there is a light
 uniform vec4 u_spot;             // axis towards the light, cosine of the half angle; cosine 2 = no cone
 uniform float u_spot_blend;
 uniform vec4 u_ambient_sky, u_ambient_ground;
-uniform int u_display;           // DISPLAYS of pipeline/settings.py
+uniform int u_display;           // DISPLAYS of settings/groups.py
 uniform vec3 u_error_colors[ERROR_COLORS], u_map_colors[MAX_MAPS], u_no_color;  // sRGB
 uniform vec2 u_error_scale;      // log2 m of the first and the last error colour
 

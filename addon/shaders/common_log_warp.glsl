@@ -1,4 +1,4 @@
-// t of a logarithmic map and its inverse: mirrors LogWarp of maths/projection.py.
+// t of a logarithmic map and its inverse: mirrors LogWarp of maths/shadow/projection.py.
 // warp: scale, offset, 1 if s is divided by w, 1 if logarithmic at all; bend: base, slope of the divisor, (1, 0) for a plain logarithm.
 float log_divisor(vec2 bend, float w) { return max(bend.x + bend.y * w, 1e-6); }
 

@@ -1,5 +1,5 @@
 // Where the depths of a cell of an n-SM come from (SMMVP §4.5): n = 2 the largest of the 3x3, n = 3 the largest and the smallest,
-// n >= 4 neighbours spread evenly round the centre (NEIGHBOURS, from pipeline/nsm_pass.py).
+// n >= 4 neighbours spread evenly round the centre (NEIGHBOURS, from pipeline/passes/nsm.py).
 //
 // n = 2 and 3 have a channel to spare, which says where the extremes lay: 9 * index of the largest + index of the smallest, row by row.
 #if DEPTHS <= 3

@@ -1,4 +1,4 @@
-// The shadow maps of one light and view: mirrors maths/lookup.py, which is the oracle of these functions.
+// The shadow maps of one light and view: mirrors maths/shadow/lookup.py, which is the oracle of these functions.
 #include "common_log_warp.glsl"
 struct ShadowMap {
     mat4 clip_from_world;   // NDC after division: s, t, depth growing away from the light

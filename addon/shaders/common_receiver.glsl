@@ -50,7 +50,7 @@ Receiver placed_at(Receiver r, vec3 x_ws, vec4 q) {
 // A rasteriser finds the slopes of depth as differences of float32 products over the triangle's area. Over a triangle of length L texels and
 // width w that is wrong by up to 2^-23 L / w of the slope, and by L times that at its far end. One thinner than a texel wins few cells: its
 // neighbours' depths count, so w is taken as 1 at least. Of a triangle longer than CUT_BEYOND maps only
-// what the map shows was drawn (pipeline/large_casters.py). `edge_1`, `edge_2` of the triangle.
+// what the map shows was drawn (pipeline/passes/large_casters.py). `edge_1`, `edge_2` of the triangle.
 float interpolation_blur(vec3 grad_s, vec3 grad_t, vec3 edge_1, vec3 edge_2) {
     vec2 e = vec2(dot(grad_s, edge_1), dot(grad_t, edge_1)), f = vec2(dot(grad_s, edge_2), dot(grad_t, edge_2)), g = f - e;
     float longest = sqrt(max(dot(e, e), max(dot(f, f), dot(g, g))));

@@ -1,6 +1,6 @@
 // A triangle whose edges are curves in a logarithmic map, cut at fixed rows of the map, so close together that a straight edge from row to
-// row is its curve within BEND_TEXELS of pipeline/log_pass.py. The rows are the same for all triangles and a cut point depends on its edge
-// alone: neighbours share every point, no crack opens between them. What lies before the first or behind the last row is cut off.
+// row is its curve within BEND_TEXELS of pipeline/passes/log_map.py. The rows are the same for all triangles and a cut point depends on its
+// edge alone: neighbours share every point, no crack opens between them. What lies before the first or behind the last row is cut off.
 layout(triangles) in;
 layout(triangle_strip, max_vertices = MOST_VERTICES) out;
 #include "common_log_warp.glsl"

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .job import Outcome
-from .maths.errors import beam_error_z, error_x
-from .maths.theory import Resolution
-from .maths.warped_map import WarpedMap
+from ..maths.error.aliasing import beam_error_z, error_x
+from ..maths.error.theory import Resolution
+from ..maths.error.warped_map import WarpedMap
 from .report import warped_map
+from .run import Outcome
 
 BINS, POINTS = 40, 48
 FEWEST_IN_BIN = 12

@@ -11,9 +11,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from .images.heatmap import LOG2_HIGH, LOG2_LOW, TICKS, scale_colors
-from .images.passes import id_colors
-from .maths.projection import ShadowPlan
+from ..images.heatmap import LOG2_HIGH, LOG2_LOW, TICKS, scale_colors
+from ..images.passes import id_colors
+from ..maths.shadow.projection import ShadowPlan
 
 WIDTH, BAR, LINE, PAD = 290, 12, 16, 14
 MOST_MAPS = 12

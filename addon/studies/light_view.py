@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from .images.passes import id_colors
-from .job import Job, run
-from .maths.frusta import box_corners, frustum_corners
-from .maths.lookup import partition_index
-from .maths.projection import ShadowPlan
-from .maths.spaces import look_at, orthographic, perspective, transform
-from .maths.view import Camera
-from .overlay_geometry import frustum_sides, map_color, map_volumes, part_edges, section
+from ..images.passes import id_colors
+from ..maths.frusta import box_corners, frustum_corners
+from ..maths.shadow.lookup import partition_index
+from ..maths.shadow.projection import ShadowPlan
+from ..maths.spaces import look_at, orthographic, perspective, transform
+from ..maths.view import Camera
+from .map_outlines import frustum_sides, map_color, map_volumes, part_edges, section
+from .run import Job, run
 
 BACKGROUND, FRUSTUM_INK = (46, 46, 50), (250, 250, 250)
 MARGIN = 1.06
@@ -86,7 +86,7 @@ def _reach(job: Job, plan: ShadowPlan) -> tuple[float, float]:
 
 def _surface(depth: np.ndarray, eye: Camera) -> tuple[np.ndarray, np.ndarray]:
     """(h, w) where there is a surface, row 0 at the top, and its (P, 3) points in that order."""
-    from .pipeline.gbuffer_pass import pixel_rays  # loads OpenGL
+    from ..pipeline.passes.gbuffer import pixel_rays  # loads OpenGL
 
     seen = np.isfinite(depth)
     height, width = depth.shape

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .images.passes import id_colors
-from .maths.frusta import frustum_corners, hexahedron
-from .maths.lookup import unproject
-from .maths.projection import ShadowPlan, ShadowProjection
-from .maths.view import Camera
+from ..images.passes import id_colors
+from ..maths.frusta import frustum_corners, hexahedron
+from ..maths.shadow.lookup import unproject
+from ..maths.shadow.projection import ShadowPlan, ShadowProjection
+from ..maths.view import Camera
 
 _RING = ((0, 1), (1, 3), (3, 2), (2, 0))  # the corners 2 y + x of a quad, round it
 

@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ..errors import OutputError
+from ..images.exr import encode_exr
+from ..images.passes import channels_of, picture_of
+from ..images.png import encode_png
 from . import user_files
-from .errors import OutputError
-from .images.exr import encode_exr
-from .images.passes import channels_of, picture_of
-from .images.png import encode_png
-from .job import Outcome
+from .run import Outcome
 from .scratch import PART, beside
 
 _UNFIT = re.compile("[\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")

@@ -7,15 +7,15 @@ from math import degrees, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .maths.errors import WarpedMap
-from .maths.projection import ShadowPlan, ShadowProjection
-from .maths.theory import Resolution, map_row, unknown_row
-from .pipeline.frame import Frame
-from .pipeline.settings import Settings
+from ..maths.error.aliasing import WarpedMap
+from ..maths.error.theory import Resolution, map_row, unknown_row
+from ..maths.shadow.projection import ShadowPlan, ShadowProjection
+from ..pipeline.frame import Frame
+from ..settings.groups import Settings
 
 if TYPE_CHECKING:
-    from .job import Job
-    from .pipeline.impostor_life import ImpostorReport
+    from ..pipeline.impostors.life import ImpostorReport
+    from .run import Job
 
 TIMINGS = ("sync", "upload", "shadow", "gbuffer", "shade", "readback", "total")
 COUNTS = ("meshes", "instances", "triangles")
@@ -23,7 +23,7 @@ COUNTS = ("meshes", "instances", "triangles")
 
 def extension_version() -> str:
     """The version in the manifest beside the package: the one place where it is written."""
-    manifest = Path(__file__).resolve().parents[1] / "blender_manifest.toml"
+    manifest = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
     return tomllib.loads(manifest.read_text(encoding="utf-8"))["version"]
 
 

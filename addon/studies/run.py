@@ -1,6 +1,6 @@
 """One picture asked for, and what came of it. Every face of the add-on renders through a `Job`, so they agree bit by bit.
 
-No bpy: `sources.py` makes jobs from Blender's data.
+No bpy: `blender/sources.py` makes jobs from Blender's data.
 """
 
 from __future__ import annotations
@@ -14,25 +14,26 @@ from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
+from ..errors import Cancelled, GpuError, SceneError
+from ..maths.view import Camera, Light
+from ..pipeline.frame import Frame
+from ..pipeline.gl.machine import chosen
+from ..scene.records import Scene
+from ..settings.groups import Settings
 from . import stopping
-from .errors import Cancelled, GpuError, SceneError
-from .maths.view import Camera, Light
-from .pipeline.frame import Frame
-from .pipeline.machine import chosen
-from .pipeline.scene import Scene
-from .pipeline.settings import Settings
 from .report import report_of
 
 if TYPE_CHECKING:
-    from .pipeline.impostor_life import ImpostorChoice
-    from .pipeline.remote import RemoteRenderer
-    from .pipeline.renderer import Renderer, Task
+    from ..pipeline.impostors.life import ImpostorChoice
+    from ..pipeline.remote.renderer import RemoteRenderer
+    from ..pipeline.renderer import Renderer, Task
 
 ENGINE_PASSES = ("combined", "depth", "normal", "shadow", "aliasing")
 MAX_PIXELS = 16384
 
 Progress = Callable[[float, str], None]
 Cancels = Callable[[], bool]
+_ADDON = __package__.removesuffix(".studies")
 POLL_S = 0.05
 T = TypeVar("T")
 
@@ -85,10 +86,10 @@ class Outcome:
 def _pipeline() -> tuple[type, Callable]:
     """The renderer's request type and the shared renderer. Loaded with the first picture, so that enabling the add-on stays quick."""
     try:
-        from .pipeline.renderer import Request, shared_renderer
+        from ..pipeline.renderer import Request, shared_renderer
 
         if chosen().is_separate:
-            from .pipeline.remote import shared_remote as shared_renderer
+            from ..pipeline.remote.renderer import shared_remote as shared_renderer
     except ImportError as error:
         raise GpuError(f"A library is missing ({error}): install the extension from its zip, which brings all of them.") from error
     return Request, shared_renderer
@@ -117,7 +118,7 @@ def libraries_ready() -> bool:
 
     True also after an import that failed: the job that is asked for then says why.
     """
-    module = sys.modules.get(f"{__package__}.pipeline.renderer")
+    module = sys.modules.get(f"{_ADDON}.pipeline.renderer")
     if hasattr(module, "shared_renderer"):  # its last line: it is complete
         return True
     if not _importing:
@@ -134,7 +135,7 @@ def _import_quietly() -> None:
 def on_worker(work: Callable[[], T]) -> Future[T]:
     """Queue work without OpenGL on the worker, between the pictures: what takes long and may use any thread."""
     _pipeline()
-    from .pipeline.context import shared_worker
+    from ..pipeline.gl.context import shared_worker
 
     return shared_worker().submit_plain(work)
 
@@ -190,7 +191,7 @@ def run(job: Job, progress: Progress | None = None, cancelled: Cancels | None = 
 
 def stop_worker() -> None:
     """Stop the GL thread (and the rendering process) and free all GL objects, if anything was ever rendered. A later job starts anew."""
-    for name in ("context", "remote"):
-        module = sys.modules.get(f"{__package__}.pipeline.{name}")
+    for name in ("gl.context", "remote.renderer"):
+        module = sys.modules.get(f"{_ADDON}.pipeline.{name}")
         if module is not None:
             module.shutdown()

@@ -83,4 +83,4 @@ def view(api, room):
         return result, {report.name: report for report in result.impostors}
 
     yield draw
-    room("session").forget()
+    room("blender.session").forget()

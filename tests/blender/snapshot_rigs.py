@@ -2,7 +2,7 @@
 
 import bpy
 
-from addon.snapshot import SceneReader
+from addon.blender.snapshot import SceneReader
 
 SIZE = (640, 360)
 

@@ -11,12 +11,12 @@ SMALL = ("--size", "96x64", "--seconds", "300")
 
 @pytest.fixture
 def main(extension):
-    return importlib.import_module(extension.__name__ + ".cli").main
+    return importlib.import_module(extension.__name__ + ".cli.main").main
 
 
 @pytest.fixture
 def session(extension):
-    return importlib.import_module(extension.__name__ + ".session")
+    return importlib.import_module(extension.__name__ + ".blender.session")
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ def test_the_command_line_writes_the_lights_view(main, animated_blend, tmp_path)
 
 def test_the_overlay_has_lines_in_true_world_coordinates(extension, cube_scene, blend, session):
     """The cube stands far from the world's origin; the camera's own split and its maps surround it."""
-    overlays = importlib.import_module(extension.__name__ + ".overlays")
+    overlays = importlib.import_module(extension.__name__ + ".blender.hud.map_overlay")
     for ob in cube_scene.objects:
         ob.location.x += 500.0
     assert blend.ops.cad_shadow.analyse() == {"FINISHED"}

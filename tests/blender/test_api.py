@@ -26,7 +26,7 @@ def test_preview_gives_every_pass_as_an_array(api, cube_scene):
 
 
 def test_preview_is_f12(api, cube_scene, blend, extension):
-    session = importlib.import_module(extension.__name__ + ".session")
+    session = importlib.import_module(extension.__name__ + ".blender.session")
     blend.ops.render.render()
     f12 = session.last().frame.passes["combined"]
     assert np.array_equal(api.preview().combined, f12)

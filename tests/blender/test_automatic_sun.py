@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addon.default_view import VIEWS, world_sun
+from addon.scene.default_view import VIEWS, world_sun
 
 EYES = [(9.0, -9.0, 6.0), (-7.0, 2.0, 5.0), (0.5, 8.0, -3.0)]
 
@@ -25,12 +25,12 @@ def looking_from(dark, eye):
 
 def of_a_render(blend, room, dark):
     assert blend.ops.render.render(scene=dark.name) == {"FINISHED"}
-    return room("session").last().job
+    return room("blender.session").last().job
 
 
 def of_the_window(blend, room, dark):
     blend.context.view_layer.update()
-    return room("sources").job_for_view(blend.context)
+    return room("blender.sources").job_for_view(blend.context)
 
 
 @pytest.mark.parametrize("made", [of_a_render, of_the_window])

@@ -23,7 +23,7 @@ def room(extension):
 
 @pytest.fixture
 def main(room):
-    return room("cli").main
+    return room("cli.main").main
 
 
 def write_box(path, height=1):
@@ -53,7 +53,7 @@ def files_below(folder):
 
 
 def names(room, inputs, recursive=False):
-    return [below.as_posix() for _, below in room("batch.items").expanded([str(i) for i in inputs], recursive)]
+    return [below.as_posix() for _, below in room("cli.batch.items").expanded([str(i) for i in inputs], recursive)]
 
 
 def test_folders_and_patterns_stand_for_the_models_in_them(room, parts):
@@ -75,7 +75,7 @@ def test_what_names_nothing_is_an_input_that_fails_with_its_reason(main, parts, 
 
 
 def test_no_two_inputs_share_their_results(room):
-    unique = room("batch.items").unique_stems
+    unique = room("cli.batch.items").unique_stems
     below = [Path(p) for p in ("a.obj", "a.stl", "sub/a.obj", "b.obj", "a_obj.ply", "b.obj")]
     stems = unique(below)
     assert len(set(stems)) == len(below)
@@ -129,7 +129,7 @@ def test_resume_does_a_failed_input_again_and_keeps_the_others(run, parts, tmp_p
 
 
 def test_a_changed_companion_counts(room, tmp_path):
-    stamp, item = room("batch.stamp"), room("batch.items").Item
+    stamp, item = room("cli.batch.stamp"), room("cli.batch.items").Item
     write_box(tmp_path / "m.obj")
     (tmp_path / "m.mtl").write_text("newmtl red\nKd 1 0 0\n")
     model = item(str(tmp_path / "m.obj"), "m", tmp_path / "m")
@@ -142,7 +142,7 @@ def test_a_changed_companion_counts(room, tmp_path):
 
 
 def test_every_option_that_changes_a_result_changes_the_digest(room):
-    digest, parse = room("batch.stamp").request_digest, room("cli_options").build_parser().parse_args
+    digest, parse = room("cli.batch.stamp").request_digest, room("cli.parser").build_parser().parse_args
     plain = ["preview", "a.obj"]
     same = (["--quiet"], ["--json"], ["-o", "x"], ["--report", "r.json"], ["--jobs", "3"], ["--resume"], ["--contact-sheet"])
     other = (["--format", "exr"], ["--passes", "depth"], ["--size", "8x8"], ["--pcf", "9"], ["--preset", "fast"], ["--units", "mm"])
@@ -178,7 +178,7 @@ def crashing(room, monkeypatch, tmp_path):
     """Workers of a few lines instead of Blender: they die at inputs called 'crash', and talk a lot as Blender does."""
     import sys
 
-    workers = room("batch.workers")
+    workers = room("cli.batch.workers")
     script = tmp_path / "worker.py"
     script.write_text(
         "import json, os, sys\n"
@@ -193,7 +193,7 @@ def crashing(room, monkeypatch, tmp_path):
 
 
 def test_a_crash_costs_only_the_input_it_happened_at(crashing, room):
-    item = room("batch.items").Item
+    item = room("cli.batch.items").Item
     items = [item(n, n, Path(n)) for n in ("a", "crash 1", "b", "c", "crash 2", "d")]
     answers = {done.name: report for done, (report, _) in crashing.answers(items, [], 2)}
     assert set(answers) == {i.name for i in items}
@@ -214,7 +214,7 @@ class DeadPipe(io.StringIO):
 
 
 def test_a_pipe_that_breaks_as_on_windows_costs_its_input_alone(room):
-    workers, item = room("batch.workers"), room("batch.items").Item
+    workers, item = room("cli.batch.workers"), room("cli.batch.items").Item
     worker = workers.Worker([])
     worker._process = type("Dead", (), {"stdin": DeadPipe(), "stdout": io.StringIO(), "wait": lambda self: 3})()
     report, _ = worker.answer(item("a", "a", Path("a")))
@@ -224,7 +224,7 @@ def test_a_pipe_that_breaks_as_on_windows_costs_its_input_alone(room):
 def test_giving_up_early_leaves_no_process_and_no_thread(crashing, room):
     import threading
 
-    item = room("batch.items").Item
+    item = room("cli.batch.items").Item
     before = set(threading.enumerate())
     running = crashing.answers([item(str(n), str(n), Path(str(n))) for n in range(50)], [], 3)
     next(running)
@@ -241,7 +241,7 @@ class Terminal(io.StringIO):
 
 
 def test_a_terminal_gets_a_bar_and_anything_else_plain_lines(room):
-    progress = room("batch.progress").Progress
+    progress = room("cli.batch.progress").Progress
     for stream in (Terminal(), io.StringIO()):
         shown = progress(3, stream)
         for i in range(3):
@@ -262,7 +262,7 @@ def test_the_bar_leaves_no_thread(room):
     import threading
 
     before = set(threading.enumerate())
-    shown = room("batch.progress").Progress(5, Terminal())
+    shown = room("cli.batch.progress").Progress(5, Terminal())
     shown.advance()
     shown.close()
     assert set(threading.enumerate()) <= before
@@ -272,7 +272,7 @@ def test_the_bar_leaves_no_thread(room):
 
 
 def load(room, path):
-    return room("batch.sheet").read_picture(path)
+    return room("cli.batch.sheet").read_picture(path)
 
 
 def test_the_contact_sheet_shows_every_input_and_marks_failures(main, room, parts, tmp_path):
@@ -299,7 +299,7 @@ def test_pictures_of_other_formats_reach_the_sheet_as_displayed(main, room, part
 
 
 def test_compare_and_analyse_know_batches_too(room):
-    parse = room("cli_options").build_parser().parse_args
+    parse = room("cli.parser").build_parser().parse_args
     assert parse(["analyse", "x", "--resume", "--jobs", "2"]).jobs == 2
     assert parse(["compare", "x", "--contact-sheet"]).contact_sheet
     for command in (["analyse", "x", "--contact-sheet"], ["preview", "x", "--jobs", "0"]):

@@ -7,10 +7,10 @@ import zipfile
 import numpy as np
 import pytest
 
-from addon import cad_files
-from addon.cad_import import to_blender
-from addon.cad_model import CadMesh, CadModel, CadPart
+from addon.blender.cad_import import to_blender
 from addon.errors import CadFileError
+from addon.scene import cad
+from addon.scene.cad_model import CadMesh, CadModel, CadPart
 
 CUBE_OBJ = "".join(f"v {x} {y} {z}\n" for x in (0, 2) for y in (0, 4) for z in (0, 6))
 FACES = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\n{}f 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
@@ -79,7 +79,7 @@ def test_real_models_are_what_their_manifest_says(cad_dev, name):
     truth = next(m for m in json.loads((cad_dev / "manifest.json").read_text())["models"] if m["file"] == name)
     up = "Z" if truth["up_axis"].startswith("z") else "Y"
     measured = truth["measured"]
-    model = cad_files.read(cad_dev / name, "mm" if truth["metres_per_unit"] == 0.001 else None, up)
+    model = cad.read(cad_dev / name, "mm" if truth["metres_per_unit"] == 0.001 else None, up)
     assert model.part_count == measured["parts"] and len(model.meshes) == measured["unique_meshes"]
     assert 0 <= measured["triangles"] - model.triangle_count <= measured["degenerate_triangles"]
     low, high = np.array(measured["bounds"]) * truth["metres_per_unit"]
@@ -93,7 +93,7 @@ def test_real_models_are_what_their_manifest_says(cad_dev, name):
 
 def test_real_models_become_blender_objects(cad_dev, blend):
     for name, truth in (("amazing_hand.glb", (146, 21)), ("duplex_house.obj", (215, 215))):
-        model = cad_files.read(cad_dev / name)
+        model = cad.read(cad_dev / name)
         collection = to_blender(model, blend.context.scene.collection)
         blend.context.view_layer.update()
         objects = list(collection.all_objects)
@@ -115,7 +115,7 @@ def test_a_box_comes_through_every_format(tmp_path, suffix):
 
         mesh = trimesh.Trimesh(*box_arrays(), process=False)
         mesh.export(path)
-    model = cad_files.read(path, units="m", up="Z")
+    model = cad.read(path, units="m", up="Z")
     assert model.triangle_count == 12 and model.part_count == 1
     assert np.allclose(model.bounds(), [[0, 0, 0], [2, 4, 6]])
 
@@ -147,7 +147,7 @@ def test_3mf_keeps_its_tree_its_unit_and_its_colours(tmp_path):
         "</components></object>"
     )
     content = threemf(tmp_path, '<item objectid="2" transform="0 1 0 -1 0 0 0 0 1 0 0 100"/>', extra, "inch", 'pid="9" p1="1"')
-    model = cad_files.read(write(tmp_path / "a.3mf", content))
+    model = cad.read(write(tmp_path / "a.3mf", content))
     assert [p.name for p in model.parts] == ["pair", "box", "box"] and len(model.meshes) == 1 and model.units == "in"
     assert np.allclose(model.bounds(), np.array([[-4, 0, 100], [0, 12, 106]]) * 0.0254)
     colors = np.array([model.materials[i].base_color for i in model.meshes[0].materials])[model.meshes[0].triangle_slots]
@@ -156,12 +156,12 @@ def test_3mf_keeps_its_tree_its_unit_and_its_colours(tmp_path):
 
 def test_an_object_that_contains_itself_is_left_out_with_a_warning(tmp_path):
     extra = '<object id="2"><components><component objectid="2"/><component objectid="1"/></components></object>'
-    model = cad_files.read(write(tmp_path / "a.3mf", threemf(tmp_path, '<item objectid="1"/><item objectid="7"/>', extra)))
+    model = cad.read(write(tmp_path / "a.3mf", threemf(tmp_path, '<item objectid="1"/><item objectid="7"/>', extra)))
     assert model.part_count == 1 and "7" in model.warnings[0]
 
 
 def test_gltf_primitives_are_slots_of_one_mesh_and_nodes_a_tree(tmp_path, blend):
-    model = cad_files.read(write(tmp_path / "a.glb", two_materials_glb()))
+    model = cad.read(write(tmp_path / "a.glb", two_materials_glb()))
     assert [(p.name, p.parent, p.mesh) for p in model.parts] in (
         [("group", -1, -1), ("right", 0, 0), ("left", 0, 0)],
         [("group", -1, -1), ("left", 0, 0), ("right", 0, 0)],
@@ -180,17 +180,17 @@ def test_gltf_primitives_are_slots_of_one_mesh_and_nodes_a_tree(tmp_path, blend)
 
 def test_units_and_up_can_be_set_and_are_told(tmp_path):
     path = write(tmp_path / "a.stl", triangle_stl([[[0, 0, 0], [1000, 0, 0], [0, 500, 0]]]))
-    guessed, told = cad_files.read(path), cad_files.read(path, "millimetre", "y")
+    guessed, told = cad.read(path), cad.read(path, "millimetre", "y")
     assert "metres" in guessed.warnings[0] and np.allclose(guessed.bounds()[1], [1000, 500, 0])
     assert told.warnings == () and np.allclose(told.bounds(), [[0, 0, 0], [1, 0, 0.5]]) and (told.units, told.up) == ("mm", "Y")
     for wrong in ({"units": "furlong"}, {"up": "W"}):
         with pytest.raises(CadFileError, match="choose one of"):
-            cad_files.read(path, **wrong)
+            cad.read(path, **wrong)
 
 
-@pytest.mark.parametrize("up", cad_files.UPS)
+@pytest.mark.parametrize("up", cad.UPS)
 def test_turning_up_is_a_rotation_that_sends_the_axis_up(up):
-    from addon.cad_files.units import z_up_from
+    from addon.scene.cad.units import z_up_from
 
     turn = z_up_from(up)
     axis = np.eye(3)["XYZ".index(up[-1])] * (-1 if up[0] == "-" else 1)
@@ -206,14 +206,14 @@ def test_turning_up_is_a_rotation_that_sends_the_axis_up(up):
     ],
 )
 def test_obj_parts_are_its_objects_else_its_groups(tmp_path, lines, names):
-    model = cad_files.read(write(tmp_path / "a.obj", CUBE_OBJ + lines))
+    model = cad.read(write(tmp_path / "a.obj", CUBE_OBJ + lines))
     assert sorted(p.name for p in model.parts) == sorted(names) and model.triangle_count == 12
 
 
 def test_obj_materials_are_slots_of_their_part(tmp_path):
     write(tmp_path / "a.mtl", "newmtl Steel\nKd 0.5 0.25 0.1\nd 0.5\nnewmtl unread\nKd x y z\n")
     text = "mtllib a.mtl\n" + CUBE_OBJ + "o Pipe_Steel\nusemtl Steel\n" + FACES.format("usemtl unknown\n")
-    model = cad_files.read(write(tmp_path / "a.obj", text))
+    model = cad.read(write(tmp_path / "a.obj", text))
     assert [p.name for p in model.parts] == ["Pipe_Steel"] and model.triangle_count == 12
     colors = np.array([model.materials[i].base_color for i in model.meshes[0].materials])[model.meshes[0].triangle_slots]
     assert np.allclose(colors, [[0.5, 0.25, 0.1, 0.5]] * 6 + [[0.8, 0.8, 0.8, 1]] * 6)
@@ -222,7 +222,7 @@ def test_obj_materials_are_slots_of_their_part(tmp_path):
 def test_obj_indices_may_count_backwards_from_where_they_stand(tmp_path):
     triangle = "v {0} 0 0\nv {1} 0 0\nv {0} 1 0\nvn 0 0 1\nf -3//-1 -2//-1 -1//-1\n"
     text = "o one\n" + triangle.format(0, 1) + "o two\n" + triangle.format(5, 7)
-    model = cad_files.read(write(tmp_path / "a.obj", text), up="Z")
+    model = cad.read(write(tmp_path / "a.obj", text), up="Z")
     assert [m.positions[:, 0].max() for m in model.meshes] == [1, 7] and all(np.allclose(m.normals, [0, 0, 1]) for m in model.meshes)
 
 
@@ -247,18 +247,18 @@ def test_polygons_that_are_not_convex_are_covered_once(tmp_path, corners, is_rev
     text = "".join(f"v {a} {b} {b}\n" for a, b in corners) + "f " + " ".join(str(i + 1) for i in range(len(corners))) + "\n"
     for shift in range(len(corners)):
         face = " ".join(str((i + shift) % len(corners) + 1) for i in range(len(corners)))
-        model = cad_files.read(write(tmp_path / "a.obj", text.split("f ")[0] + f"f {face} # a comment\n"), up="Z")
+        model = cad.read(write(tmp_path / "a.obj", text.split("f ")[0] + f"f {face} # a comment\n"), up="Z")
         assert model.triangle_count == len(corners) - 2 and np.isclose(area(model), wanted)
 
 
 def test_obj_lines_of_any_make_are_read(tmp_path):
     text = "# made by hand\r\nv 0 0 0 1.0\r\nv 1 0 0\r\nv\t0  1 0\r\nvt 0 0\r\nf 1/1 2/1 \\\r\n 3\r\nf 1 2 9\r\nf 1 2\r\nl 1 2\r\n"
-    model = cad_files.read(write(tmp_path / "a.obj", text), up="Z")
+    model = cad.read(write(tmp_path / "a.obj", text), up="Z")
     assert model.triangle_count == 1 and any("1 faces" in w for w in model.warnings)
 
 
 def test_a_missing_material_file_is_a_warning(tmp_path):
-    model = cad_files.read(write(tmp_path / "a.obj", "mtllib gone.mtl\n" + CUBE_OBJ + "usemtl x\n" + FACES.format("")))
+    model = cad.read(write(tmp_path / "a.obj", "mtllib gone.mtl\n" + CUBE_OBJ + "usemtl x\n" + FACES.format("")))
     assert any("gone.mtl" in w for w in model.warnings)
 
 
@@ -268,13 +268,13 @@ def test_vertex_colours_become_materials(tmp_path):
     points, triangles = box_arrays()
     colors = np.tile([[255, 0, 0, 255]], (len(points), 1)).astype(np.uint8)
     trimesh.Trimesh(points, triangles, vertex_colors=colors, process=False).export(tmp_path / "a.ply")
-    model = cad_files.read(tmp_path / "a.ply")
+    model = cad.read(tmp_path / "a.ply")
     assert np.allclose([m.base_color for m in model.materials], [[1, 0, 0, 1]])
 
 
 def test_own_normals_survive_into_blender(tmp_path, blend):
     text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0.6 0 0.8\nf 1//1 2//1 3//1\n"
-    model = cad_files.read(write(tmp_path / "a.obj", text), up="Z")
+    model = cad.read(write(tmp_path / "a.obj", text), up="Z")
     collection = to_blender(model, blend.context.scene.collection)
     mesh = collection.all_objects[0].data
     assert mesh.has_custom_normals and np.allclose([n.vector for n in mesh.corner_normals], [[0.6, 0, 0.8]] * 3, atol=1e-4)
@@ -287,14 +287,14 @@ def test_bad_vertices_and_flat_faces_are_left_out_with_a_count(tmp_path):
         [[0, 0, 0], [np.inf, 0, 0], [0, 1, 0]],
         [[0, 0, 0], [1, 1, 1], [2, 2, 2]],
     ]
-    model = cad_files.read(write(tmp_path / "a.stl", triangle_stl(bad)))
+    model = cad.read(write(tmp_path / "a.stl", triangle_stl(bad)))
     assert model.triangle_count == 1 and np.isfinite(model.meshes[0].positions).all()
     assert any("2 vertices" in w and "2 faces that use them" in w and "1 faces without area" in w for w in model.warnings)
 
 
 def test_a_part_500_kilometres_away_keeps_its_millimetres(tmp_path):
     lines = "".join(f"v {500_000 + x:.4f} {y:.4f} {4_000_000 + z:.4f}\n" for x, y, z in ((0, 0, 0), (0.001, 0, 0), (0, 0.001, 0.002)))
-    model = cad_files.read(write(tmp_path / "a.obj", lines + "f 1 2 3\n"), up="Z")
+    model = cad.read(write(tmp_path / "a.obj", lines + "f 1 2 3\n"), up="Z")
     size = model.bounds()[1] - model.bounds()[0]
     assert np.allclose(size, [0.001, 0.001, 0.002], rtol=1e-5) and np.allclose(model.bounds()[0], [500_000, 0, 4_000_000])
 
@@ -327,7 +327,7 @@ def test_a_bad_file_is_one_line_that_says_what_to_do(tmp_path, name):
     if content is not None:
         write(tmp_path / name, content)
     with pytest.raises(CadFileError, match=expected) as raised:
-        cad_files.read(tmp_path / name)
+        cad.read(tmp_path / name)
     message = str(raised.value)
     assert "\n" not in message and name.split(".")[0] in message and len(message) < 300
 
@@ -335,7 +335,7 @@ def test_a_bad_file_is_one_line_that_says_what_to_do(tmp_path, name):
 def test_a_folder_is_no_file(tmp_path):
     (tmp_path / "a.stl").mkdir()
     with pytest.raises(CadFileError, match="folder"):
-        cad_files.read(tmp_path / "a.stl")
+        cad.read(tmp_path / "a.stl")
 
 
 def test_a_failure_half_way_leaves_the_users_file_as_it_was(blend):
@@ -357,5 +357,5 @@ def test_polygons_of_ply_and_off_become_triangles(tmp_path, suffix, faces, count
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n",
     }[suffix]
     text = header + "0 0 0\n2 0 0\n2 2 0\n0 2 0\n-1 1 0\n" + "".join(f + "\n" for f in faces)
-    model = cad_files.read(write(tmp_path / f"a.{suffix}", text))
+    model = cad.read(write(tmp_path / f"a.{suffix}", text))
     assert model.triangle_count == count and area(model) == (6 if count == 3 and len(faces) == 2 else 4 + (len(faces[0]) > 9))

@@ -47,7 +47,7 @@ def add_light(bpy, kind):
 
 def offered(bpy, room, name):
     """The choices of an option in its menu, and what its section draws."""
-    settings = room("panels.settings")
+    settings = room("blender.panels.settings")
     menu, panel = Holder(), Holder()
     menu_class = next(m for m in settings.MENUS if m.__name__.endswith(name))
     menu_class.draw(menu, bpy.context)
@@ -61,7 +61,7 @@ def test_everything_can_be_chosen_under_a_sun(blend, room, name, kind):
     if kind:
         add_light(blend, kind)
     keys, drawn = offered(blend, room, name)
-    assert keys == [item[0] for item in room("options").BY_NAME[name].items]
+    assert keys == [item[0] for item in room("settings.options").BY_NAME[name].items]
     assert drawn.properties[0] == name
     assert not drawn.menus
 
@@ -70,7 +70,7 @@ def test_everything_can_be_chosen_under_a_sun(blend, room, name, kind):
 def test_logarithms_are_left_out_without_a_sun(blend, room, kind, left):
     add_light(blend, kind)
     keys, drawn = offered(blend, room, "warp")
-    assert {item[0] for item in room("options").BY_NAME["warp"].items} - set(keys) == left
+    assert {item[0] for item in room("settings.options").BY_NAME["warp"].items} - set(keys) == left
     assert drawn.menus == [("CAD_SHADOW_MT_warp", "LiSPSM (generalised)")]
     assert not drawn.texts
 
@@ -89,7 +89,7 @@ def test_a_choice_made_before_is_explained_and_the_plan_says_the_same(blend, roo
 
 
 def test_the_light_asked_about_is_the_one_that_casts(blend, room):
-    light_type = room("panels.settings").light_type
+    light_type = room("blender.panels.settings").light_type
     props = blend.context.scene.cad_shadow
     assert light_type(blend.context) is None
     add_light(blend, "POINT")
@@ -111,13 +111,13 @@ def far_box(blend, half):
 def test_panels_speak_of_the_light_that_is_used_and_not_of_one_that_hardly_reaches_the_model(blend, room, kind):
     """Blender's start-up lamp, after a plant was imported: a sun takes its place."""
     add_light(blend, kind)
-    blend.context.object.data.energy, light_type = 1000.0, room("panels.settings").light_type
+    blend.context.object.data.energy, light_type = 1000.0, room("blender.panels.settings").light_type
     far_box(blend, 1.0)
     assert light_type(blend.context) == kind and offered(blend, room, "partition")[1].menus
     far_box(blend, 100.0)
     assert light_type(blend.context) is None
     keys, drawn = offered(blend, room, "partition")
-    assert keys == [item[0] for item in room("options").BY_NAME["partition"].items] and not drawn.texts
+    assert keys == [item[0] for item in room("settings.options").BY_NAME["partition"].items] and not drawn.texts
     blend.context.object.scale = (0.01, 0.01, 0.01)
     blend.context.view_layer.update()
     assert light_type(blend.context) == kind
@@ -140,8 +140,8 @@ def test_panels_and_pictures_choose_the_same_kind_of_light(cube_scene, blend, ro
                 lamp.location = rng.uniform(-3, 3, 3)
                 lamp.data.energy = 10.0 ** rng.uniform(1, 5)
             blend.context.view_layer.update()
-            used = room("sources").job_for_view(blend.context).light
-            shown = room("panels.settings").light_type(blend.context)
+            used = room("blender.sources").job_for_view(blend.context).light
+            shown = room("blender.panels.settings").light_type(blend.context)
             assert used.kind.upper() == (shown or "SUN")
             assert (shown is None) == (used.name == "default sun" and source == "AUTOMATIC")
             seen.add((source, used.kind, shown))
@@ -149,7 +149,7 @@ def test_panels_and_pictures_choose_the_same_kind_of_light(cube_scene, blend, ro
 
 
 def test_a_large_scene_is_judged_by_a_sample(blend, room):
-    kinds = room("light_kind")
+    kinds = room("blender.light_kind")
     mesh = blend.data.meshes.new("point")
     mesh.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
     for i in range(4 * kinds.SAMPLED):

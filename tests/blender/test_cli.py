@@ -32,12 +32,12 @@ SMALL = ("--size", "96x64", "--map-size", "128")
 
 @pytest.fixture
 def main(extension):
-    return importlib.import_module(extension.__name__ + ".cli").main
+    return importlib.import_module(extension.__name__ + ".cli.main").main
 
 
 @pytest.fixture
 def outputs(extension):
-    return importlib.import_module(extension.__name__ + ".outputs")
+    return importlib.import_module(extension.__name__ + ".studies.outputs")
 
 
 @pytest.fixture

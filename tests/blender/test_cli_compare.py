@@ -10,7 +10,7 @@ TRUTH_KEYS = {"pixels", "misclassified_pct", "acne_pct", "leak_pct", "edge_px_me
 
 @pytest.mark.parametrize("map_size", [32, 1024])
 def test_compare_counts_and_shows_the_differences(extension, cube_scene, blend, tmp_path, map_size):
-    main = importlib.import_module(extension.__name__ + ".cli").main
+    main = importlib.import_module(extension.__name__ + ".cli.main").main
     file, folder = tmp_path / "cube.blend", tmp_path / "out"
     blend.ops.wm.save_as_mainfile(filepath=str(file))
     options = ["--size", "96x64", "--map-size", str(map_size), "--partition", "none", "--quiet"]
@@ -28,21 +28,21 @@ def test_the_operator_finds_what_the_command_finds(extension, cube_scene, blend,
     file, folder = tmp_path / "cube.blend", tmp_path / "out"
     blend.ops.wm.save_as_mainfile(filepath=str(file))
     assert blend.ops.cad_shadow.compare() == {"FINISHED"}
-    truth = room("session").last().report["truth"]
+    truth = room("blender.session").last().report["truth"]
     assert truth["misclassified_pct"] > 0.0
     image = blend.data.images["CAD Shadow Preview: difference from ray-traced truth"]
     assert tuple(image.size) == (96, 64)
     pixels = zip(*[iter(image.pixels[:])] * 4, strict=True)
     wrong = [rgba for rgba in pixels if max(rgba[:3]) - min(rgba[:3]) > 0.1]  # red, blue, yellow
     assert len(wrong) == round(truth["misclassified_pct"] * truth["pixels"] / 100)
-    assert room("cli").main(["compare", str(file), "--quiet", "-o", str(folder)]) == 0
+    assert room("cli.main").main(["compare", str(file), "--quiet", "-o", str(folder)]) == 0
     assert json.loads((folder / "cube_report.json").read_text())["truth"] == json.loads(json.dumps(truth))
 
 
 def test_the_quality_panel_lists_the_truth(extension, cube_scene, blend):
     from tests.blender.test_panels import Layout
 
-    quality = importlib.import_module(f"{extension.__name__}.panels.quality")
+    quality = importlib.import_module(f"{extension.__name__}.blender.panels.quality")
     shown = []
     for press in (blend.ops.cad_shadow.analyse, blend.ops.cad_shadow.compare):
         press()

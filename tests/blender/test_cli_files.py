@@ -28,7 +28,7 @@ def room(extension):
 
 @pytest.fixture
 def main(room):
-    return room("cli").main
+    return room("cli.main").main
 
 
 @pytest.fixture
@@ -255,18 +255,18 @@ def test_folders_that_fail_to_open_count_as_inputs(room, box, monkeypatch):
         return real(path)
 
     monkeypatch.setattr(os, "scandir", scandir)
-    named = [path for path, _ in room("batch.items").expanded([str(box.parent)], recursive=True)]
+    named = [path for path, _ in room("cli.batch.items").expanded([str(box.parent)], recursive=True)]
     assert named == [str(box), str(closed)]
     with pytest.raises(room("errors").CadFileError, match="Permission denied"):
-        room("cad_files").read(closed)
+        room("scene.cad").read(closed)
 
 
 @pytest.mark.parametrize("pair", [("a/Part.stl", "b/part.stl"), ("a/Ä.stl", "b/A\u0308.stl"), ("x/STRASSE.obj", "y/straße.obj")])
 def test_names_that_some_disk_takes_for_one_get_results_of_their_own(room, pair):
-    unique = room("batch.items").unique_stems
+    unique = room("cli.batch.items").unique_stems
     flat = [Path(Path(one).name) for one in pair]
     stems = unique(flat)
-    assert len({room("batch.items")._alike(stem) for stem in stems}) == 2
+    assert len({room("cli.batch.items")._alike(stem) for stem in stems}) == 2
     assert unique([*flat, Path("deck_5.obj"), Path("deck_5")])[2:] == [Path("deck_5_obj"), Path("deck_5")]
 
 
@@ -280,7 +280,7 @@ def times(folder):
 def test_resume_sees_a_changed_preset_and_a_changed_material_file_of_any_name(main, room, box, tmp_path, user_resources):
     (box.parent / "any.mtl").write_text("newmtl red\nKd 1 0 0\n")
     box.write_text("mtllib any.mtl\n" + BOX)
-    preset = user_resources / "scripts" / "presets" / room("presets").SUBDIR / "Mine.py"
+    preset = user_resources / "scripts" / "presets" / room("blender.presets").SUBDIR / "Mine.py"
     preset.parent.mkdir(parents=True, exist_ok=True)
     head = "import bpy\nsettings = bpy.context.scene.cad_shadow\n"
     preset.write_text(head + "settings.warp = 'psm'\n")
@@ -372,7 +372,7 @@ def test_every_text_can_be_shown_in_every_encoding(encoding):
 
 def test_a_worker_takes_no_code_from_the_current_folder(room, tmp_path):
     (tmp_path / "tomllib.py").write_text("raise SystemExit('code of the current folder runs')\n")
-    command, environment = room("batch.workers").worker_command([*THEORY, "--quiet"])
+    command, environment = room("cli.batch.workers").worker_command([*THEORY, "--quiet"])
     assert command.pop() == "--worker"
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr) == (0, "")
@@ -414,9 +414,9 @@ def test_a_batch_that_is_stopped_keeps_what_is_done_and_says_what_is_not(box, tm
 
 def test_a_render_under_way_is_given_up_when_asked_to_stop(main, room, box, monkeypatch):
     """In this process: the signal comes while Blender renders, where nothing may be raised."""
-    stopping, calls = room("stopping"), []
+    stopping, calls = room("studies.stopping"), []
 
-    engine = room("engine").CadShadowEngine
+    engine = room("blender.engine").CadShadowEngine
     deliver = engine._outcome
 
     def outcome(self, job):

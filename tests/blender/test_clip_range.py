@@ -12,7 +12,7 @@ def fit(blend, room):
 
     def moved(size=None):
         if size is not None:
-            room("clip_range").fit(screen, space, size)
+            room("blender.clip_range").fit(screen, space, size)
         return round(space.clip_start, 7), round(space.clip_end, 3)
 
     moved.space = space
@@ -49,7 +49,7 @@ def test_it_is_remembered_with_the_file(fit, blend, room, tmp_path):
     screen = blend.data.screens["Layout"]
     space = next(area.spaces.active for area in screen.areas if area.type == "VIEW_3D")
     assert space.clip_start < 1e-4
-    room("clip_range").fit(screen, space, 100.0)
+    room("blender.clip_range").fit(screen, space, 100.0)
     assert round(space.clip_start, 6) == 0.01
 
 

@@ -31,7 +31,7 @@ def render_to(scene, path, kind="PNG"):
 def session(extension):
     import importlib
 
-    return importlib.import_module(extension.__name__ + ".session")
+    return importlib.import_module(extension.__name__ + ".blender.session")
 
 
 def test_a_render_writes_the_picture_of_the_frame(cube_scene, blend, session, tmp_path):
@@ -140,7 +140,7 @@ def test_a_light_that_is_not_chosen_writes_no_file(cube_scene, tmp_path):
 def test_a_defect_of_ours_writes_no_file(cube_scene, extension, tmp_path, monkeypatch):
     import importlib
 
-    sources = importlib.import_module(extension.__name__ + ".sources")
+    sources = importlib.import_module(extension.__name__ + ".blender.sources")
 
     def broken(_depsgraph):
         raise ZeroDivisionError("a defect")

@@ -56,7 +56,7 @@ def test_f12_the_command_the_module_and_the_console_give_the_same_floats(saved, 
     f12 = rendered(blend, tmp_path / "f12.exr")
     importlib.import_module(extension.__name__ + ".api").preview().save(tmp_path / "console.exr", ("combined",))
     words = ("preview", str(saved), "--format", "exr", "--quiet", "-o")
-    assert importlib.import_module(extension.__name__ + ".cli").main([*words, str(tmp_path / "command")]) == 0
+    assert importlib.import_module(extension.__name__ + ".cli.main").main([*words, str(tmp_path / "command")]) == 0
     process("-m", "addon", *words, tmp_path / "module", cwd=ROOT)
     assert len(np.unique(f12)) > 50, "shaded, so that a difference could show"
     for name in ("console.exr", "command/cube_combined.exr", "module/cube_combined.exr"):

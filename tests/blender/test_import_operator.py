@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addon import cad_files
+from addon.scene import cad
 
 CORNERS = "".join(f"v {x} {y} {z}\n" for x in (0, 2) for y in (0, 4) for z in (0, 6))
 FACES = "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n"
@@ -56,4 +56,4 @@ def test_the_start_up_cube_goes_only_while_nobody_has_touched_it(tmp_path, blend
 
 def test_dropping_a_cad_file_is_offered(blend):
     handler = blend.types.FileHandler.bl_rna_get_subclass_py("CAD_SHADOW_FH_import_cad")
-    assert handler.bl_import_operator == "cad_shadow.import_cad" and set(handler.bl_file_extensions.split(";")) == set(cad_files.SUFFIXES)
+    assert handler.bl_import_operator == "cad_shadow.import_cad" and set(handler.bl_file_extensions.split(";")) == set(cad.SUFFIXES)

@@ -17,7 +17,7 @@ SMALL = ("--size", "96x64", "--map-size", "128", "--samples", "1", "--quiet")
 
 @pytest.fixture
 def main(extension):
-    return importlib.import_module(extension.__name__ + ".cli").main
+    return importlib.import_module(extension.__name__ + ".cli.main").main
 
 
 @pytest.fixture

@@ -62,7 +62,7 @@ def test_regenerate_captures_those_it_is_told_to(ball, blend, cube_scene, room):
     cube = blend.data.objects["Cube"]
     ball.cad_shadow_impostor = cube.cad_shadow_impostor = True
     cube_scene.cad_shadow.impostor_use = "manual"
-    ops, session = blend.ops.cad_shadow, room("session")
+    ops, session = blend.ops.cad_shadow, room("blender.session")
 
     def stages():
         return {r.name: r.stage for r in session.impostors()}
@@ -92,7 +92,7 @@ def test_regenerate_captures_those_it_is_told_to(ball, blend, cube_scene, room):
 def test_the_report_has_every_predictor_and_shows_the_critical_points(ball, blend, cube_scene, room):
     small(cube_scene)
     ball.cad_shadow_impostor = True
-    ops, session, predictors = blend.ops.cad_shadow, room("session"), room("maths.relief_error").PREDICTORS
+    ops, session, predictors = blend.ops.cad_shadow, room("blender.session"), room("maths.relief.error").PREDICTORS
     ops.analyse()
     cube_scene.camera.location.x += 0.2
     assert ops.impostor_report() == {"FINISHED"}
@@ -103,12 +103,12 @@ def test_the_report_has_every_predictor_and_shows_the_critical_points(ball, blen
     image = blend.data.images["CAD Shadow Preview: critical points"]
     assert tuple(image.size) == report.size
     assert blend.context.window_manager.cad_shadow_impostor_points
-    points, quads = room("impostor_overlay").shapes(session.impostors(), session.impostor_origin())
+    points, quads = room("blender.hud.impostor_overlay").shapes(session.impostors(), session.impostor_origin())
     away = np.linalg.norm(points - np.array(ball.location), axis=1)
     assert len(points) and (away < 1.05).all() and len(quads) == 1
     pixels = np.array(image.pixels[:]).reshape(image.size[1], image.size[0], 4)[::-1]
-    uv = room("impostor_states").critical_places(report.edges)[0].astype(int)
-    assert np.allclose(pixels[uv[:, 1], uv[:, 0], :3], room("impostor_states").CROSS, atol=0.02)
+    uv = room("studies.impostors.states").critical_places(report.edges)[0].astype(int)
+    assert np.allclose(pixels[uv[:, 1], uv[:, 0], :3], room("studies.impostors.states").CROSS, atol=0.02)
 
 
 def test_the_report_lists_the_largest_error_first(ball, blend, cube_scene, room):
@@ -121,7 +121,7 @@ def test_the_report_lists_the_largest_error_first(ball, blend, cube_scene, room)
     cube_scene.camera.location.x += 0.3
     blend.ops.cad_shadow.impostor_report()
     room_of = room("operators.impostor_report")
-    ranked = [r.error for r in room_of.by_error(room("session").impostors())]
+    ranked = [r.error for r in room_of.by_error(room("blender.session").impostors())]
     assert len(ranked) == 2 and ranked == sorted(ranked, reverse=True) and ranked[0] > ranked[1] > 0.0
 
 
@@ -153,7 +153,7 @@ def test_a_plane_shows_the_impostor_in_another_engine_where_it_was_captured(ball
     ball.cad_shadow_impostor = True
     (captured,) = api.impostors([ball.name], size=SIZE, samples=1, map_size=128)
     plane = captured.to_plane()
-    camera = room("impostor_plane").capture_camera(captured.baked, captured.metadata)
+    camera = room("blender.impostors.plane").capture_camera(captured.baked, captured.metadata)
     cube_scene.collection.objects.link(camera)
     for ob in cube_scene.objects:
         ob.hide_render = ob not in (plane, camera)

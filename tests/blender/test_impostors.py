@@ -67,7 +67,7 @@ def test_copies_made_by_an_instancer_are_impostors_of_their_own(ball, view, blen
     assert len(shown.impostors) == 2 and len({r.key for r in shown.impostors}) == 2
     assert {r.name for r in shown.impostors} == {ball.name}
     assert difference(shown, without(view)) < 0.006
-    states = importlib.import_module(type(shown).__module__.replace(".api", ".impostor_states")).states
+    states = importlib.import_module(type(shown).__module__.replace(".api", ".studies.impostors.states")).states
     assert [s.copies for s in states(shown.impostors).values()] == [2]
 
 
@@ -234,15 +234,15 @@ def test_f12_the_api_and_the_preview_operator_draw_the_same(ball, view, blend, c
     cube_scene.cad_shadow.samples, cube_scene.cad_shadow.map_size = "1", 128
     console = view(impostor_fresh=True)[0].combined
     blend.ops.render.render()
-    f12 = room("session").last().frame
+    f12 = room("blender.session").last().frame
     assert f12.impostors and np.array_equal(console, f12.passes["combined"])
-    room("session").forget()
+    room("blender.session").forget()
     assert blend.ops.cad_shadow.preview() == {"FINISHED"}
-    assert np.array_equal(console, room("session").last().frame.passes["combined"])
+    assert np.array_equal(console, room("blender.session").last().frame.passes["combined"])
 
 
 def test_the_live_view_asks_again_while_impostors_wait_but_not_for_ever(room):
-    viewport = room("viewport")
+    viewport = room("blender.viewport")
     live = viewport.LiveView()
     try:
         frame = SimpleNamespace(impostors=(SimpleNamespace(waits=True), SimpleNamespace(waits=False)))

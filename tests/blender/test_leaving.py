@@ -17,7 +17,7 @@ from tests.conftest import ROOT
 
 ATTACHED = """
 import sys, time, bpy, addon
-from addon.pipeline.machine import Machine, choose
+from addon.pipeline.gl.machine import Machine, choose
 choose(Machine("{backend}"))
 addon.register()
 """
@@ -33,13 +33,13 @@ STATES = {
     "detached": RENDERED + "addon.unregister()\n",
     "detached and attached again": RENDERED + "addon.unregister()\naddon.register()\n" + RENDERED,
     "another file": RENDERED + "bpy.ops.wm.read_homefile(use_factory_startup=True)\n" + RENDERED,
-    "another choice of OpenGL": RENDERED + "choose(Machine('auto'))\nfrom addon.job import stop_worker\nstop_worker()\n" + RENDERED,
+    "another choice of OpenGL": RENDERED + "choose(Machine('auto'))\nfrom addon.studies.run import stop_worker\nstop_worker()\n" + RENDERED,
 }
 BUSY = """
-from addon import sources
-from addon.cad_import import to_blender
-from addon.job import Pending
-from addon.platform_deck import build
+from addon.blender import sources
+from addon.blender.cad_import import to_blender
+from addon.studies.run import Pending
+from addon.scene.platform_deck import build
 scene = bpy.context.scene
 to_blender(build(50_000), scene.collection)
 scene.render.resolution_x = scene.render.resolution_y = 2000
@@ -99,7 +99,7 @@ def test_a_busy_worker_is_left_within_a_stage(is_separate):
 
 def test_a_rendering_process_that_does_not_answer_is_left_soon():
     stopped = "choose(Machine(is_separate=True))\n" + BUSY + (
-        "import os, signal\nfrom addon.pipeline.remote import shared_remote\nos.kill(shared_remote()._child.process.pid, signal.SIGSTOP)\n"
+        "import os, signal\nfrom addon.pipeline.remote.renderer import shared_remote\nos.kill(shared_remote()._child.process.pid, signal.SIGSTOP)\n"
     )
     _, seconds = left(stopped)
     assert seconds < 6.0

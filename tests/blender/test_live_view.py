@@ -16,7 +16,7 @@ MESHES = scenes.chair().meshes[:1]
 @pytest.fixture
 def viewport(room, monkeypatch):
     """The module, with `clock` [seconds] and `asked`, the stand-in of the last picture asked for, which is done when the test says so."""
-    viewport, asked, clock = room("viewport"), deque(maxlen=1), [100.0]
+    viewport, asked, clock = room("blender.viewport"), deque(maxlen=1), [100.0]
 
     class Making:
         def __init__(self, job):
@@ -54,14 +54,14 @@ def live(viewport):
 
 def job_of(room, scene):
     """The job of a live view of that scene."""
-    camera, settings = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), room("pipeline.settings").Settings()
-    return room("job").Job("viewport", scene, camera, scenes.sun(40.0), settings, (8, 8), ("combined",), measure=False)
+    camera, settings = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), room("settings.groups").Settings()
+    return room("studies.run").Job("viewport", scene, camera, scenes.sun(40.0), settings, (8, 8), ("combined",), measure=False)
 
 
 def field(room, count):
     """A scene of so many triangles' places, told apart by their number."""
     rows = np.arange(count)
-    kinds = room("pipeline.scene")
+    kinds = room("scene.records")
     instances = kinds.Instances(np.zeros(count), np.tile(np.eye(4), (count, 1, 1)), rows, np.zeros(count), np.zeros((count, 4)))
     scene = kinds.Scene(MESHES, instances, tuple(map(str, rows)), np.zeros(3))
     return replace(scene, origin_ws=np.ones(3))  # as a reader does; the first one's memory is free for the next
@@ -85,7 +85,7 @@ def test_a_scene_is_named_by_what_it_holds_and_not_by_where_it_lies(room):
 
 @pytest.mark.parametrize("part", ["meshes", "instances", "origin_ws", "lights", "marks"])
 def test_every_part_of_a_scene_that_can_be_seen_is_in_its_name(room, part):
-    scene, kinds = field(room, 3), room("pipeline.scene")
+    scene, kinds = field(room, 3), room("scene.records")
     other = {
         "meshes": scenes.railing().meshes[:1],
         "instances": replace(scene.instances, base_color=np.ones((3, 4))),

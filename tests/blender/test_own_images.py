@@ -29,7 +29,7 @@ def picture(size, value=0.5):
 
 
 def test_an_image_of_the_users_that_bears_the_pictures_name_stays(room, blend, users_image):
-    mine, editor = users_image(TITLE), room("image_editor")
+    mine, editor = users_image(TITLE), room("blender.image_editor")
     for size in ((4, 6), (4, 6), (8, 8), (5, 5)):
         ours = editor.to_image(picture(size))
         assert ours != mine and tuple(ours.size) == size[::-1]
@@ -37,7 +37,7 @@ def test_an_image_of_the_users_that_bears_the_pictures_name_stays(room, blend, u
 
 
 def test_a_picture_renamed_or_copied_to_be_kept_is_kept(room, blend):
-    editor = room("image_editor")
+    editor = room("blender.image_editor")
     first = editor.to_image(picture((4, 6), 0.25))
     copy = first.copy()
     first.name = "Before the change"
@@ -48,7 +48,7 @@ def test_a_picture_renamed_or_copied_to_be_kept_is_kept(room, blend):
 
 
 def test_a_picture_of_another_size_takes_the_place_of_the_one_before_everywhere(room, blend):
-    editor = room("image_editor")
+    editor = room("blender.image_editor")
     material = blend.data.materials.new("Screen")
     if blend.app.version < (5, 0, 0):
         material.use_nodes = True
@@ -60,7 +60,7 @@ def test_a_picture_of_another_size_takes_the_place_of_the_one_before_everywhere(
 
 
 def test_an_image_from_a_library_is_not_ours(room, blend, tmp_path):
-    editor, path = room("image_editor"), str(tmp_path / "library.blend")
+    editor, path = room("blender.image_editor"), str(tmp_path / "library.blend")
     blend.data.libraries.write(path, {editor.to_image(picture((4, 6)))})
     blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     with blend.data.libraries.load(path, link=True) as (there, here):

@@ -66,7 +66,7 @@ def drawn(blend, room):
     def draw(key):
         panel = Panel()
         panel.layout = Layout(blend)
-        section = next(s for s in room("panels.settings").SECTIONS if s.key == key)
+        section = next(s for s in room("blender.panels.settings").SECTIONS if s.key == key)
         section.draw(panel, blend.context)
         return set(panel.layout.shown)
 
@@ -75,8 +75,8 @@ def drawn(blend, room):
 
 def test_every_option_is_in_exactly_one_section(drawn, room, blend):
     props = blend.context.scene.cad_shadow
-    sections = [s.key for s in room("panels.settings").SECTIONS]
-    for option in room("options").OPTIONS:
+    sections = [s.key for s in room("blender.panels.settings").SECTIONS]
+    for option in room("settings.options").OPTIONS:
         shown = []
         for warp, partition, test in (
             ("lispsm-general", "z-adaptive", "id-depth"),
@@ -116,7 +116,7 @@ def test_quality_lists_the_last_report(cube_scene, blend, room):
     class Panel:
         pass
 
-    quality = room("panels.quality")
+    quality = room("blender.panels.quality")
     panel = Panel()
     panel.layout = Layout(blend)
     quality.CAD_SHADOW_PT_sidebar_quality.draw(panel, blend.context)
@@ -125,7 +125,7 @@ def test_quality_lists_the_last_report(cube_scene, blend, room):
     panel.layout = Layout(blend)
     quality.CAD_SHADOW_PT_sidebar_quality.draw(panel, blend.context)
     assert {"γ", "γ_lim", "n'", "η", "M_x, M_z", "S", "Median", "Largest"} <= set(panel.layout.texts)
-    assert sum(text.startswith("Map ") for text in panel.layout.texts) == len(room("session").last().report["partitions"])
+    assert sum(text.startswith("Map ") for text in panel.layout.texts) == len(room("blender.session").last().report["partitions"])
     listed, panel.layout = panel.layout.texts, Layout(blend)
     quality.CAD_SHADOW_PT_sidebar_quality_words.draw(panel, blend.context)
     symbols = re.compile(r"γ_lim|γ|n'|η|M_x|M_z|\bS\b")
@@ -133,7 +133,7 @@ def test_quality_lists_the_last_report(cube_scene, blend, room):
 
 
 def test_blenders_own_panels_know_the_engine_and_forget_it(room, blend):
-    compatible = room("panels.compatible")
+    compatible = room("blender.panels.compatible")
     names = {cls.__name__ for cls in compatible.fitting_panels()}
     assert {"RENDER_PT_output", "RENDER_PT_format", "DATA_PT_lens", "DATA_PT_light", "RENDER_PT_color_management"} <= names
     assert not any("freestyle" in name.lower() or "opengl" in name for name in names)
@@ -148,7 +148,7 @@ def test_blenders_own_panels_know_the_engine_and_forget_it(room, blend):
 def test_preview_operator_makes_the_picture_and_the_report(cube_scene, blend, room):
     assert blend.ops.cad_shadow.preview() == {"FINISHED"}
     assert tuple(blend.data.images["CAD Shadow Preview"].size) == (96, 64)
-    assert room("session").last().report["geometry"]["triangles"] == 14
+    assert room("blender.session").last().report["geometry"]["triangles"] == 14
 
 
 def test_operators_are_grey_with_nothing_to_draw(blend):
@@ -169,14 +169,14 @@ def test_export_writes_the_last_report(cube_scene, blend, room, tmp_path):
         blend.ops.cad_shadow.export_report(filepath=str(tmp_path / "r.json"))
     blend.ops.cad_shadow.analyse()
     assert blend.ops.cad_shadow.export_report(filepath=str(tmp_path / "r.json")) == {"FINISHED"}
-    assert json.loads((tmp_path / "r.json").read_text()) == json.loads(json.dumps(room("session").last().report))
+    assert json.loads((tmp_path / "r.json").read_text()) == json.loads(json.dumps(room("blender.session").last().report))
 
 
 def test_another_file_forgets_the_last_report(cube_scene, blend, room):
     blend.ops.cad_shadow.analyse()
-    assert room("session").last() is not None
+    assert room("blender.session").last() is not None
     blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    assert room("session").last() is None
+    assert room("blender.session").last() is None
 
 
 CHANGES = {
@@ -199,14 +199,14 @@ MADE_BY = {
 def _preset(name):
     import importlib
 
-    return str(importlib.import_module("bl_ext.user_default.cad_shadow_preview.addon.presets").files()[name])
+    return str(importlib.import_module("bl_ext.user_default.cad_shadow_preview.addon.blender.presets").files()[name])
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_the_quality_panel_says_when_its_numbers_are_from_before_a_change(cube_scene, blend, room, change):
     blend.context.view_layer.update()
     blend.ops.cad_shadow.analyse()
-    session = room("session")
+    session = room("blender.session")
     assert session.is_last_current(cube_scene)
     CHANGES[change](blend, cube_scene)
     blend.context.view_layer.update()
@@ -219,7 +219,7 @@ def test_the_quality_panel_says_when_its_numbers_are_from_before_a_change(cube_s
 def test_numbers_are_of_the_present_whoever_made_them_and_selecting_or_looking_changes_nothing(cube_scene, blend, api, room, made_by):
     blend.context.view_layer.update()
     MADE_BY[made_by](blend, api)
-    session = room("session")
+    session = room("blender.session")
     assert session.is_last_current(cube_scene)
     blend.ops.object.select_all(action="SELECT")
     blend.context.view_layer.update()
@@ -234,4 +234,4 @@ def test_a_setting_put_back_makes_the_numbers_those_of_the_present_again(cube_sc
     for samples, expected in (("16", False), ("4", True)):
         cube_scene.cad_shadow.samples = samples
         blend.context.view_layer.update()
-        assert room("session").is_last_current(cube_scene) is expected
+        assert room("blender.session").is_last_current(cube_scene) is expected

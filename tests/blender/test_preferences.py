@@ -31,7 +31,7 @@ def combined(room):
 
 
 def test_every_preference_reaches_the_machine(preferences, room):
-    machine = room("pipeline.machine")
+    machine = room("pipeline.gl.machine")
     assert machine.chosen() == machine.Machine()
     preferences.backend, preferences.is_separate, preferences.threads, preferences.memory_mib = "egl", True, 3, 512
     assert machine.chosen() == machine.Machine("egl", 3, 512, True)
@@ -39,12 +39,12 @@ def test_every_preference_reaches_the_machine(preferences, room):
 
 def test_a_process_of_its_own_makes_the_same_picture_and_ends_with_the_choice(preferences, cube_scene, room):
     here = combined(room)
-    room("pipeline.context").shutdown()
+    room("pipeline.gl.context").shutdown()
     preferences.is_separate = True
     there = combined(room)
     assert np.array_equal(here, there)
-    assert room("pipeline.context")._worker is None  # no OpenGL in Blender's own process
-    process = room("pipeline.remote").shared_remote()._child.process
+    assert room("pipeline.gl.context")._worker is None  # no OpenGL in Blender's own process
+    process = room("pipeline.remote.renderer").shared_remote()._child.process
     assert process.poll() is None
     preferences.is_separate = False
     assert process.poll() == 0
@@ -63,7 +63,7 @@ def test_a_software_driver_uses_so_many_threads(preferences, cube_scene, room):
     for wanted in (1, 3):
         preferences.threads = wanted
         renderer = room("api").preview().outcome.frame.gl["renderer"]
-        threads = Path(f"/proc/{room('pipeline.remote').shared_remote()._child.process.pid}/task")
+        threads = Path(f"/proc/{room('pipeline.remote.renderer').shared_remote()._child.process.pid}/task")
         if "llvmpipe" not in renderer or not threads.is_dir():
             pytest.skip(f"counts the threads of Mesa's llvmpipe; this is {renderer}")
         counts.append(sum((task / "comm").read_text().startswith("llvmpipe") for task in threads.iterdir()))
@@ -71,7 +71,7 @@ def test_a_software_driver_uses_so_many_threads(preferences, cube_scene, room):
 
 
 def test_only_ways_to_opengl_that_there_are_can_be_chosen_and_another_machines_choice_is_automatic(preferences, room):
-    machine, module = room("pipeline.machine"), room("preferences")
+    machine, module = room("pipeline.gl.machine"), room("blender.preferences")
     offered = {item.identifier: item.value for item in preferences.bl_rna.properties["backend"].enum_items}
     assert tuple(offered) == machine.backends_on(sys.platform)
     numbers = {platform: {item[0]: item[4] for item in module.backend_items(platform)} for platform in ("linux", "win32", "darwin")}
@@ -83,19 +83,19 @@ def test_only_ways_to_opengl_that_there_are_can_be_chosen_and_another_machines_c
 @pytest.fixture
 def no_opengl_here(room, monkeypatch):
     """This process may make no OpenGL context of its own."""
-    room("pipeline.context").shutdown()
+    room("pipeline.gl.context").shutdown()
 
     def refuse(_backend):
         raise AssertionError("a context in Blender's own process")
 
-    monkeypatch.setattr(room("pipeline.context"), "create_context", refuse)
+    monkeypatch.setattr(room("pipeline.gl.context"), "create_context", refuse)
 
 
 WAYS = {
     "baked": lambda room, blend, folder: room("api").impostors(size=(64, 48))[0].color,
     "exported": lambda room, blend, folder: blend.ops.cad_shadow.impostor_export(directory=str(folder), to="FILES"),
     "reported": lambda room, blend, folder: blend.ops.cad_shadow.impostor_report(),
-    "timed": lambda room, blend, folder: room("cli").main(
+    "timed": lambda room, blend, folder: room("cli.main").main(
         ["bench", str(folder / "cube.blend"), "--frames", "1", "--quiet", "--size", "64x48", "--report", str(folder / "r.json")]
     ),
 }
@@ -108,4 +108,4 @@ def test_a_process_of_its_own_does_all_that_opengl_does(preferences, cube_scene,
     preferences.is_separate = True
     done = WAYS[way](room, blend, tmp_path)
     assert done is not None
-    assert room("pipeline.remote").shared_remote()._child.process.poll() is None
+    assert room("pipeline.remote.renderer").shared_remote()._child.process.poll() is None

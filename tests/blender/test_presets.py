@@ -10,12 +10,12 @@ SHIPPED = ("balanced", "fast", "oil-platform", "reference", "sharp", "single-par
 
 @pytest.fixture
 def presets(extension):
-    return importlib.import_module(extension.__name__ + ".presets")
+    return importlib.import_module(extension.__name__ + ".blender.presets")
 
 
 @pytest.fixture
 def settings_from(extension):
-    return importlib.import_module(extension.__name__ + ".properties").settings_from
+    return importlib.import_module(extension.__name__ + ".blender.properties").settings_from
 
 
 def load(bpy, path):
@@ -53,7 +53,7 @@ def test_balanced_is_the_defaults(presets, settings_from, blend, extension):
     presets.apply(blend.context.scene, "Balanced")
     blend.context.scene.cad_shadow.property_unset("clay")
     blend.context.scene.cad_shadow.property_unset("display")
-    settings = importlib.import_module(extension.__name__ + ".pipeline.settings").Settings()
+    settings = importlib.import_module(extension.__name__ + ".settings.groups").Settings()
     assert settings_from(blend.context.scene.cad_shadow) == settings
 
 

@@ -10,7 +10,10 @@ import pytest
 def modules(extension):
     import importlib
 
-    return {name: importlib.import_module(f"{extension.__name__}.{name}") for name in ("options", "properties", "pipeline.settings")}
+    return {
+        name: importlib.import_module(f"{extension.__name__}.{name}")
+        for name in ("settings.options", "blender.properties", "settings.groups")
+    }
 
 
 @pytest.fixture
@@ -19,11 +22,11 @@ def props(blend):
 
 
 def test_untouched_properties_are_the_dataclass_defaults(props, modules):
-    assert modules["properties"].settings_from(props) == modules["pipeline.settings"].Settings()
+    assert modules["blender.properties"].settings_from(props) == modules["settings.groups"].Settings()
 
 
 def test_every_field_of_the_settings_has_an_option(modules):
-    assert modules["options"].unreached_fields() == set()
+    assert modules["settings.options"].unreached_fields() == set()
 
 
 def test_every_property_explains_itself(props):
@@ -32,7 +35,7 @@ def test_every_property_explains_itself(props):
 
 
 def test_every_choice_is_the_command_lines_and_explains_itself(props, modules):
-    for option in modules["options"].OPTIONS:
+    for option in modules["settings.options"].OPTIONS:
         if option.kind == "choice":
             items = props.bl_rna.properties[option.name].enum_items
             assert [item.identifier for item in items] == [identifier for identifier, _, _ in option.items]
@@ -57,7 +60,7 @@ CHANGES = {
 
 
 def test_every_option_has_a_case_here(modules):
-    assert set(CHANGES) == set(modules["options"].BY_NAME)
+    assert set(CHANGES) == set(modules["settings.options"].BY_NAME)
 
 
 # what must be chosen for an option to apply at all
@@ -76,23 +79,23 @@ NEEDS |= dict.fromkeys(("epsilon", "epsilon_far", "id_per_material"), {"test": "
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_each_property_reaches_its_field_exactly(props, modules, name):
-    options, properties = modules["options"], modules["properties"]
+    options, properties = modules["settings.options"], modules["blender.properties"]
     values = NEEDS.get(name, {}) | {name: CHANGES[name]}
     properties.store(props, values)
-    expected = options.with_options(modules["pipeline.settings"].Settings(), values)
+    expected = options.with_options(modules["settings.groups"].Settings(), values)
     assert properties.settings_from(props) == expected
     assert options.values_of(expected)[name] == options.typed(options.BY_NAME[name], CHANGES[name])
 
 
 def test_what_does_not_apply_is_left_at_its_default(props, modules):
-    properties = modules["properties"]
+    properties = modules["blender.properties"]
     properties.store(props, {"depths": 4, "epsilon": 0.5, "test": "triangle", "warp": "uniform", "eta": 0.5})
     settings = properties.settings_from(props)
     assert (settings.test.depths, settings.test.epsilon, settings.warp.eta) == (1, None, None)
 
 
 def test_a_stored_float_comes_back_as_the_number_typed(props, modules, rng):
-    shortest = modules["properties"].shortest
+    shortest = modules["blender.properties"].shortest
     typed = [round(float(x), 5) for x in 10.0 ** rng.uniform(-3, 1, 200)]
     for value in typed:
         props.light_strength = value
@@ -103,13 +106,13 @@ def test_a_stored_float_comes_back_as_the_number_typed(props, modules, rng):
 
 
 def test_parameter_wins_over_eta_where_both_are_set(props, modules):
-    modules["properties"].store(props, {"eta": 0.5, "warp_parameter": 7.0})
-    warp = modules["properties"].settings_from(props).warp
+    modules["blender.properties"].store(props, {"eta": 0.5, "warp_parameter": 7.0})
+    warp = modules["blender.properties"].settings_from(props).warp
     assert (warp.eta, warp.parameter) == (None, 7.0)
 
 
 def test_an_unknown_option_and_a_wrong_type_are_refused(modules):
-    options, settings = modules["options"], modules["pipeline.settings"].Settings()
+    options, settings = modules["settings.options"], modules["settings.groups"].Settings()
     for values in (
         {"wrap": "psm"},
         {"partitions": 2.5},
@@ -129,7 +132,7 @@ def test_saved_settings_carry_their_version(blend, tmp_path, modules):
     blend.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     blend.ops.wm.open_mainfile(filepath=path)
     props = blend.context.scene.cad_shadow
-    assert (props.partitions, props.settings_version) == (3, modules["properties"].SETTINGS_VERSION)
+    assert (props.partitions, props.settings_version) == (3, modules["blender.properties"].SETTINGS_VERSION)
 
 
 def groups(blend):
@@ -140,7 +143,7 @@ def groups(blend):
 def test_setting_any_property_from_python_has_the_areas_drawn_again(blend, room, monkeypatch):
     """Blender tells nobody of what a script, an operator or a preset sets, unless the property has an update of its own."""
     drawn, silent = [], []
-    monkeypatch.setattr(room("redraw"), "redraw", drawn.append)
+    monkeypatch.setattr(room("blender.redraw"), "redraw", drawn.append)
     for group in groups(blend):
         for prop in group.bl_rna.properties:
             if prop.identifier in ("rna_type", "name", "sun", "settings_version"):
@@ -154,7 +157,7 @@ def test_setting_any_property_from_python_has_the_areas_drawn_again(blend, room,
 
 @pytest.mark.parametrize("name", ["balanced", "fast"])
 def test_a_preset_has_the_areas_drawn_again_also_where_it_only_goes_back_to_defaults(blend, room, monkeypatch, name):
-    drawn, presets = [], room("presets")
+    drawn, presets = [], room("blender.presets")
     monkeypatch.setattr(presets, "redraw", drawn.append)
     presets.apply(blend.context.scene, name)
     assert drawn

@@ -6,9 +6,9 @@ import bpy  # before mathutils and bpy_extras, which it brings
 import numpy as np
 import pytest
 
+from addon.blender.snapshot import SceneReader
+from addon.blender.snapshot.reader import local_origin
 from addon.errors import SceneError
-from addon.snapshot import SceneReader
-from addon.snapshot.reader import local_origin
 from tests.blender.snapshot_rigs import add, depsgraph, mesh, read, triangle
 
 

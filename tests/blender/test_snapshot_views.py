@@ -9,8 +9,8 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Matrix, Vector
 
+from addon.blender.snapshot import camera_from_object, camera_from_region, choose_light, reaches
 from addon.errors import SceneError
-from addon.snapshot import camera_from_object, camera_from_region, choose_light, reaches
 from tests.blender.snapshot_rigs import SIZE, add, depsgraph, read, triangle
 
 

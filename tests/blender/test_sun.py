@@ -77,7 +77,7 @@ def test_a_date_that_does_not_exist_is_refused_in_a_line(cube_scene, noon, blend
 
 def test_the_time_zone_follows_the_longitude_until_it_is_set(room, blend, noon):
     noon.use_utc_offset, noon.longitude = False, 103.8
-    assert room("sun_properties").sky_of(noon)[0].utc_offset_h == 7.0
+    assert room("blender.sun_properties").sky_of(noon)[0].utc_offset_h == 7.0
 
 
 def test_sun_position_gets_place_time_and_sun_when_it_is_enabled(cube_scene, noon, blend, room):

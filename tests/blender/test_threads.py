@@ -33,7 +33,7 @@ def is_gl(frame, event, argument) -> bool:
 @pytest.fixture
 def watched(extension, cube_scene):
     """Renders the scene with every thread's calls recorded; gives the calls (bpy on the worker, GL elsewhere, GL on the worker)."""
-    context = importlib.import_module(extension.__name__ + ".pipeline.context")
+    context = importlib.import_module(extension.__name__ + ".pipeline.gl.context")
     context.shutdown()
     bpy_on_worker, gl_elsewhere, gl_on_worker = [], [], []
     is_worker: dict[int, bool] = {}

@@ -5,12 +5,12 @@ import pytest
 
 from addon.errors import SceneError, SettingsError
 from addon.maths import spaces
-from addon.maths.projection import LogWarp, ShadowPlan, ShadowProjection
+from addon.maths.shadow.projection import LogWarp, ShadowPlan, ShadowProjection
 from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
-from addon.truth import TruthTracer, compare
-from addon.truth.footprint import smallest_singular_value, texel_extent_px
-from addon.truth.tracer import LEAST_FACING, pixel_centres, pixel_rays
+from addon.studies.truth import TruthTracer, compare
+from addon.studies.truth.footprint import smallest_singular_value, texel_extent_px
+from addon.studies.truth.tracer import LEAST_FACING, pixel_centres, pixel_rays
 from tests import scenes
 
 pytest.importorskip("bpy", reason="the ray tracer shipped is Blender's")
@@ -286,7 +286,7 @@ def test_a_frame_without_light_is_refused(box_view):
 
 
 def test_between_two_questions_whether_to_go_on_few_rays_are_traced(monkeypatch):
-    monkeypatch.setattr("addon.truth.backends.ROWS_AT_ONCE", 100)
+    monkeypatch.setattr("addon.studies.truth.backends.ROWS_AT_ONCE", 100)
     traced, most = [0], []
 
     def go_on():

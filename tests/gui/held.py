@@ -32,12 +32,12 @@ class Calls:
     """
 
     def __init__(self) -> None:
-        viewport, ticking, background = addon("viewport"), addon("operators.ticking"), addon("operators.background")
+        viewport, ticking, background = addon("blender.viewport"), addon("operators.ticking"), addon("operators.background")
         places = [(viewport.LiveView, name) for name in ("draw", "update", "draw_late")]
         places += [(ticking.Ticking, "modal"), (ticking.Ticking, "begin"), (background.PendingView, "__init__")]
         self.ms: dict[str, list[tuple[float, float]]] = {}
         self._not_ours = np.zeros(2)
-        self._undo = [(owner, name, getattr(owner, name)) for owner, name in [*places, (addon("image_editor"), "_open")]]
+        self._undo = [(owner, name, getattr(owner, name)) for owner, name in [*places, (addon("blender.image_editor"), "_open")]]
         for owner, name, function in self._undo[:-1]:
             setattr(owner, name, self._timed(f"{owner.__name__}.{name}", function))
         owner, name, function = self._undo[-1]
@@ -165,7 +165,9 @@ def shown() -> Generator:
     """Until the live view shows the full picture of the present view."""
 
     def is_fine() -> bool:
-        return any(live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in addon("viewport")._views)
+        return any(
+            live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in addon("blender.viewport")._views
+        )
 
     view().tag_redraw()
     yield 0.1
@@ -200,7 +202,7 @@ def advised() -> Generator:
     """The advice as its dialog starts it."""
     with here():
         assert bpy.ops.cad_shadow.advise("EXEC_DEFAULT", texels=1.0, seconds=10.0) == {"RUNNING_MODAL"}
-    session = addon("session")
+    session = addon("blender.session")
     yield from until(session.last_advice, "the advice", 300)
 
 
@@ -221,7 +223,7 @@ def field(count: int) -> None:
 
 def deck(triangles: int) -> None:
     """The example deck."""
-    addon("cad_import").to_blender(addon("platform_deck").build(triangles), bpy.context.scene.collection)
+    addon("blender.cad_import").to_blender(addon("scene.platform_deck").build(triangles), bpy.context.scene.collection)
 
 
 def scene_of(make: Callable[[], None]) -> Generator:

@@ -89,7 +89,7 @@ def the_live_view_needs_two_choices() -> Generator:
     again()
     bpy.context.scene.render.engine = ENGINE
     view().spaces.active.shading.type = "RENDERED"
-    yield from until(lambda: any(live._shown for live in addon("viewport")._views), "the first picture")
+    yield from until(lambda: any(live._shown for live in addon("blender.viewport")._views), "the first picture")
     mark("Rendered shading, until the first picture is there")
     yield from wait_for_picture()
     assert colours(picture("newcomer_live", canvas())) > 500

@@ -70,7 +70,7 @@ def plant() -> None:
     scene = bpy.context.scene
     for name in ("Cube", "Light", "Camera"):
         bpy.data.objects.remove(scene.objects[name])
-    addon("cad_import").to_blender(addon("platform_deck").build(20_000), scene.collection)
+    addon("blender.cad_import").to_blender(addon("scene.platform_deck").build(20_000), scene.collection)
     view().spaces.active.overlay.show_relationship_lines = False
     with here():
         bpy.ops.object.select_all(action="DESELECT")
@@ -79,7 +79,7 @@ def plant() -> None:
 
 def remember() -> object:
     """The last outcome that the extension remembers."""
-    return addon("session").last()
+    return addon("blender.session").last()
 
 
 def canvas() -> tuple[int, int, int, int]:
@@ -100,7 +100,7 @@ def file_name(title: str) -> str:
 
 def wait_for_picture() -> Generator:
     """Until the live view shows the fine picture of the present view."""
-    viewport = addon("viewport")
+    viewport = addon("blender.viewport")
 
     def is_fine() -> bool:
         return any(live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in viewport._views)
@@ -148,7 +148,7 @@ def editors() -> list[str]:
 def live_view() -> object:
     """The one live view that is on the screen."""
     shown = region("WINDOW").as_pointer()
-    return next(live for live in addon("viewport")._views if live.region == shown)
+    return next(live for live in addon("blender.viewport")._views if live.region == shown)
 
 
 def live_key() -> tuple | None:
@@ -160,7 +160,7 @@ def live_key() -> tuple | None:
 def present_job() -> object:
     """The job of the viewport as everything is now, read anew."""
     with here():
-        return addon("sources").job_for_view(bpy.context)
+        return addon("blender.sources").job_for_view(bpy.context)
 
 
 def click_away() -> Generator:
@@ -186,10 +186,10 @@ def agree(after: str, is_report_current: bool | None = None) -> Generator:
     yield 0.3
     for i, box in enumerate(panels()):
         assert changed_share(picture(f"{name}_{i}_redrawn", box), shown[i]) < 0.0005, f"a panel is old after {after}"
-    session, scene = addon("session"), bpy.context.scene
+    session, scene = addon("blender.session"), bpy.context.scene
     if session.last() is not None:
         is_current = session.is_last_current(scene)
         assert is_report_current in (None, is_current), f"after {after} the report is called {'current' if is_current else 'old'}"
-        same = session.last().job.settings == addon("sources").settings_of(scene)
+        same = session.last().job.settings == addon("blender.sources").settings_of(scene)
         same &= session.last().job.scene.fingerprint == present_job().scene.fingerprint
         assert same or not is_current, f"after {after} an old report is called current"

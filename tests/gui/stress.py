@@ -38,7 +38,7 @@ def gl_objects() -> int:
         asks = [ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(load(f"glIs{kind}")) for kind in KINDS]
         return sum(bool(ask(name)) for ask in asks for name in range(1, MOST_GL_NAMES))
 
-    return addon("pipeline.context").shared_worker().call(count)
+    return addon("pipeline.gl.context").shared_worker().call(count)
 
 
 def memory() -> Generator:
@@ -95,7 +95,7 @@ def work(previews: int, registrations: int, files: int, undos: int) -> Generator
         assert addon_utils.enable(MODULE, default_set=True)
         if i % SHOWN_EVERY == 0:  # a new OpenGL context, whose shaders a software driver compiles for seconds
             view().spaces.active.shading.type = "RENDERED"
-            yield from until(lambda: any(live._shown for live in addon("viewport")._views), "a picture", 120)
+            yield from until(lambda: any(live._shown for live in addon("blender.viewport")._views), "a picture", 120)
         yield 0.05
     yield from fresh()
     names = [OUT / "a.blend", OUT / "b.blend"]

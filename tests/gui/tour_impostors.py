@@ -92,7 +92,7 @@ def the_live_view_draws_impostors() -> Generator:
     bpy.context.scene.render.engine = ENGINE
     view().spaces.active.shading.type = "RENDERED"
     yield from wait_for_picture()
-    session = addon("session")
+    session = addon("blender.session")
     yield from until(lambda: {r.stage for r in session.impostors()} <= {"regenerated", "sprite", "warp"}, "both captured, one by one")
     assert len(session.impostors()) == 2
     yield from press("KP_4")

@@ -15,7 +15,7 @@ def choose(backend: str) -> None:
 
 def platform() -> str:
     """Where the context of the worker comes from: the module that made it."""
-    return addon("pipeline.context").shared_worker().call(lambda context: type(context.mglo._context).__module__).rpartition(".")[2]
+    return addon("pipeline.gl.context").shared_worker().call(lambda context: type(context.mglo._context).__module__).rpartition(".")[2]
 
 
 def show() -> Generator:

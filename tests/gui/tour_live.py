@@ -40,7 +40,7 @@ def a_plant_is_shown_with_its_shadows_and_its_error() -> Generator:
 
 def check_legend(screen) -> None:
     """The legend's colours are on the screen where its words say, whatever the view transform."""
-    (legend, (left, bottom)) = next(shown.placed for shown in addon("hud.legend")._legends.values() if shown.placed)
+    (legend, (left, bottom)) = next(shown.placed for shown in addon("blender.hud.legend")._legends.values() if shown.placed)
     r, (x, y, width, height) = region("WINDOW"), legend.colors_at
     for share in (0.1, 0.35, 0.6, 0.85):
         row, column = int(share * height), int(share * width)
@@ -52,7 +52,7 @@ def check_legend(screen) -> None:
 
 def check_data_colours(screen) -> None:
     """What the live view's picture holds is on the screen, whatever the view transform, but for the legend over it."""
-    (live,) = [live for live in addon("viewport")._views if live._image is not None]
+    (live,) = [live for live in addon("blender.viewport")._views if live._image is not None]
     r, (x, y, width, height) = region("WINDOW"), canvas()
     image = live._image[::-1][y - r.y : y - r.y + height, x - r.x : x - r.x + width]  # row 0 at the bottom, as the window's coordinates
     (left, top) = point(x, y + height - 1)

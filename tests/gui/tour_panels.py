@@ -83,12 +83,12 @@ def advice_works_while_the_window_lives() -> Generator:
     props.map_size = 128
     with here():
         assert bpy.ops.cad_shadow.advise("EXEC_DEFAULT", goal="TEXELS", texels=1.0, seconds=20.0) == {"RUNNING_MODAL"}
-    yield from until(lambda: addon("session").last_advice(), "the advice", 90)
+    yield from until(lambda: addon("blender.session").last_advice(), "the advice", 90)
     yield from click(*header_of("advice"))
     yield from settle(0.6)
     picture("advice", box_of(region("UI")))
     bpy.ops.cad_shadow.apply_advice()
-    assert props.map_size == addon("session").last_advice()["proposal"]["map_size"]
+    assert props.map_size == addon("blender.session").last_advice()["proposal"]["map_size"]
     yield from click(*header_of("advice"))
 
 

@@ -42,7 +42,7 @@ def the_sun_is_placed_studied_and_animated() -> Generator:
 def presets_set_the_method() -> Generator:
     """The list of presets opens; each preset can be loaded, changes the settings, and Undo takes it back."""
     yield from fresh_tab()
-    presets = addon("presets")
+    presets = addon("blender.presets")
     with here():
         bpy.ops.ed.undo_push(message="before")
     before = (bpy.context.scene.cad_shadow.map_size, bpy.context.scene.cad_shadow.partition)
@@ -153,11 +153,11 @@ def preferences_are_shown_and_used() -> Generator:
     bpy.context.scene.objects["Cube"].location.x = 0.0
     yield from wait_for_picture()
     assert changed_share(picture("in_a_process", canvas()), here_made) < 0.001, "the picture is another one"
-    child = addon("pipeline.remote").shared_remote()._child
+    child = addon("pipeline.remote.renderer").shared_remote()._child
     child.process.kill()
     bpy.context.scene.objects["Cube"].location.x = 1.0
     yield from wait_for_picture()
-    assert addon("pipeline.remote").shared_remote()._child is not child
+    assert addon("pipeline.remote.renderer").shared_remote()._child is not child
     preferences.is_separate = False
     view().spaces.active.shading.type = "SOLID"
     yield from show_preferences()

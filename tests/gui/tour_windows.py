@@ -112,7 +112,7 @@ def picture_panels_and_report_agree_after_every_kind_of_change() -> Generator:
     with here():
         assert bpy.ops.cad_shadow.analyse("EXEC_DEFAULT") == {"FINISHED"}
     yield from agree("an analysis", is_report_current=True)
-    presets = addon("presets").files()
+    presets = addon("blender.presets").files()
     for name in ("fast", "balanced", "oil-platform", "balanced"):
         with here():
             bpy.ops.script.execute_preset("EXEC_DEFAULT", True, filepath=str(presets[name]), menu_idname="CAD_SHADOW_PT_presets")
@@ -145,7 +145,7 @@ def advice_is_applied() -> Generator:
     with here():
         bpy.ops.ed.undo_push(message="before the advice")
         assert bpy.ops.cad_shadow.advise("EXEC_DEFAULT", goal="TEXELS", texels=0.5, seconds=8.0) == {"RUNNING_MODAL"}
-    yield from until(lambda: working() == [] and addon("session").last_advice(), "the advice", 90)
+    yield from until(lambda: working() == [] and addon("blender.session").last_advice(), "the advice", 90)
     yield from agree("the advice")
     with here():
         assert bpy.ops.cad_shadow.apply_advice("EXEC_DEFAULT", True) == {"FINISHED"}
@@ -169,7 +169,7 @@ def an_emptied_scene_shows_nothing_of_the_old_model() -> Generator:
         bpy.ops.object.select_all(action="SELECT")
         bpy.ops.object.delete()
         bpy.ops.ed.undo_push(message="deleted")
-    (live,) = [live for live in addon("viewport")._views if live.region]
+    (live,) = [live for live in addon("blender.viewport")._views if live.region]
     yield from until(lambda: "nothing to draw" in live.message, "the word that there is nothing to draw")
     yield from settle()
     empty = picture("emptied", box)
@@ -206,7 +206,7 @@ def the_automatic_sun_stands_in_the_world() -> Generator:
             picture(f"sun_{source.lower()}_{turn:.0f}", canvas())
     assert np.ptp(found["AUTOMATIC"], axis=0).max() == 0.0
     assert np.ptp(found["VIEW"], axis=0).max() > 0.3
-    assert addon("light_kind").light_type(bpy.context) == "SUN"
+    assert addon("blender.light_kind").light_type(bpy.context) == "SUN"
     bpy.context.scene.cad_shadow.light_source = "AUTOMATIC"
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from addon.maths import spaces
 from addon.maths.frusta import box_corners, box_planes, frustum_corners, hexahedron
 from tests.margins import agree
-from tests.maths.fit_rigs import camera_at
+from tests.maths.shadow.fit_rigs import camera_at
 
 DIRECTIONS = np.random.default_rng(5).normal(size=(200, 3))
 

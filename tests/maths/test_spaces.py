@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from addon.errors import SettingsError
 from addon.maths import spaces
-from addon.maths.light_space import cone_space, round_core, roundness, sun_space
+from addon.maths.shadow.light_space import cone_space, round_core, roundness, sun_space
 from tests.margins import agree, at_most
-from tests.maths.fit_rigs import camera_at, sun_at, unit
+from tests.maths.shadow.fit_rigs import camera_at, sun_at, unit
 from tests.maths.views import reals
 
 coordinate = st.floats(-1e3, 1e3).map(lambda v: round(v, 6))  # denormal numbers underflow

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addon.errors import SettingsError
-from addon.maths.sun_position import (
+from addon.maths.sun import (
     RISEN_RAD,
     Clock,
     Place,

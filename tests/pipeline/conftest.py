@@ -2,7 +2,7 @@
 
 import pytest
 
-from addon.pipeline.context import GpuWorker
+from addon.pipeline.gl.context import GpuWorker
 from addon.pipeline.renderer import Renderer
 
 

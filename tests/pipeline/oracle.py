@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from addon.maths.lookup import project
-from addon.maths.projection import ShadowProjection
+from addon.maths.shadow.lookup import project
+from addon.maths.shadow.projection import ShadowProjection
 from addon.maths.view import Camera, Light
-from addon.pipeline.scene import Scene
+from addon.scene.records import Scene
 
 
 def world_corners(scene: Scene) -> np.ndarray:

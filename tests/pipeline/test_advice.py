@@ -6,15 +6,15 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from addon.advice import Goal, Shot, advice_report, advice_table, advise
-from addon.advice.candidates import Candidate, all_candidates, candidate_of, neighbours, pruned
-from addon.advice.goal import GRAIN, LARGEST_MAP
 from addon.errors import SceneError, SettingsError
-from addon.job import Job
-from addon.job import stop_worker as stop_shared_worker
 from addon.maths.choices import FITS
 from addon.maths.view import Light
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
+from addon.studies.advice import Goal, Shot, advice_report, advice_table, advise
+from addon.studies.advice.candidates import Candidate, all_candidates, candidate_of, neighbours, pruned
+from addon.studies.advice.goal import GRAIN, LARGEST_MAP
+from addon.studies.run import Job
+from addon.studies.run import stop_worker as stop_shared_worker
 from tests import scenes
 
 SIZE = (320, 180)

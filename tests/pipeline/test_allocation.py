@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 
 from addon.errors import GpuError
-from addon.pipeline import allocation, gl_raw, nsm_pass, outline_pass, shadow_pass
-from addon.pipeline.context import GpuWorker
 from addon.pipeline.device import device_of
-from addon.pipeline.gl_raw import BufferTexture, live_objects
-from addon.pipeline.ranges import Ranges
+from addon.pipeline.geometry.ranges import Ranges
+from addon.pipeline.gl import allocation, gl_raw
+from addon.pipeline.gl.context import GpuWorker
+from addon.pipeline.gl.gl_raw import BufferTexture, live_objects
+from addon.pipeline.passes import nsm, outline, shadow
+from addon.pipeline.passes.shadow import MAX_MAPS, ShadowMaps
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.settings import Settings, TestChoice
-from addon.pipeline.shadow_pass import MAX_MAPS, ShadowMaps
+from addon.settings.groups import Settings, TestChoice
 from tests import scenes
 
 CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0)
@@ -32,7 +33,7 @@ def refuse_after(monkeypatch, count: int) -> None:
         made.append(real(*arguments))
         return made[-1]
 
-    for module in (shadow_pass, outline_pass, nsm_pass):
+    for module in (shadow, outline, nsm):
         monkeypatch.setattr(module, "LayerFramebuffer", layer)
 
 

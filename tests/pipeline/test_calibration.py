@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from addon.maths.choices import WARPS, FitChoice, PartitionChoice, WarpChoice
-from addon.maths.errors import beam_error_z, error_x
-from addon.maths.fit import plan_shadows
-from addon.maths.light_space import round_core
-from addon.maths.strength import Range, method_strength, steady_strength
+from addon.maths.error.aliasing import beam_error_z, error_x
+from addon.maths.error.warped_map import WarpedMap
+from addon.maths.shadow.fit import plan_shadows
+from addon.maths.shadow.light_space import round_core
+from addon.maths.shadow.strength import Range, method_strength, steady_strength
+from addon.maths.shadow.warps import gamma_lim_rad, warp_parameter
 from addon.maths.view import Light
-from addon.maths.warped_map import WarpedMap
-from addon.maths.warps import gamma_lim_rad, warp_parameter
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
 from tests import scenes
 
 NEAR, FAR = 1.0, 50.0

@@ -5,12 +5,12 @@ import pytest
 
 from addon.maths import anchored_camera, spaces
 from addon.maths.view import Camera
-from addon.pipeline.depth_buffer import has_clip_control
-from addon.pipeline.gl_raw import raw_gl
-from addon.pipeline.local_origin import based_near
+from addon.pipeline.gl.depth_buffer import has_clip_control
+from addon.pipeline.gl.gl_raw import raw_gl
 from addon.pipeline.renderer import Renderer
-from addon.pipeline.scene import Instances, Mesh, Scene
-from addon.pipeline.settings import Settings
+from addon.scene.local_origin import based_near
+from addon.scene.records import Instances, Mesh, Scene
+from addon.settings.groups import Settings
 from tests import plates, scenes
 
 SETTINGS = Settings().replaced(fit={"size": 64}, partition={"kind": "none"})

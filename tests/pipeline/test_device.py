@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from addon.errors import Cancelled, GpuError
-from addon.pipeline import context as context_module
-from addon.pipeline.context import THREAD_NAME, GpuWorker
 from addon.pipeline.device import device_of
-from addon.pipeline.gl_raw import live_objects
+from addon.pipeline.gl import context as context_module
+from addon.pipeline.gl.context import THREAD_NAME, GpuWorker
+from addon.pipeline.gl.gl_raw import live_objects
 from addon.pipeline.renderer import Renderer, Request
-from addon.pipeline.scene import Instances, Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Instances, Scene
+from addon.settings.groups import Settings
 from tests import scenes
 
 CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0)
@@ -206,7 +206,7 @@ def test_baked_and_instanced_drawing_give_the_same_picture(renderer, monkeypatch
         scene.origin_ws,
     )
     reference = renderer.render(many, CAMERA, SUN, SMALL, (96, 64), ("combined", "object", "normal")).passes
-    monkeypatch.setattr("addon.pipeline.geometry.BAKE_TRIANGLES", bake)
+    monkeypatch.setattr("addon.pipeline.geometry.store.BAKE_TRIANGLES", bake)
     fresh = Renderer(GpuWorker())
     other = fresh.render(many, CAMERA, SUN, SMALL, (96, 64), ("combined", "object", "normal")).passes
     fresh.worker.close()

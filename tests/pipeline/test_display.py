@@ -5,7 +5,7 @@ import pytest
 
 from addon.images.heatmap import NOTHING, scale_colors
 from addon.images.passes import id_colors
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
 from tests import scenes
 
 SIZE = (96, 64)

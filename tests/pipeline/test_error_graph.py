@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.error_graph import BINS, FEWEST_IN_BIN, ErrorGraph, error_graph
-from addon.job import Job, Outcome
 from addon.maths.spaces import orthographic
 from addon.maths.view import Camera
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
+from addon.studies.error_graph import BINS, FEWEST_IN_BIN, ErrorGraph, error_graph
+from addon.studies.run import Job, Outcome
 from tests import scenes
 
 CAMERA = scenes.look_at((0.0, -4.0, 3.0), (0.0, 60.0, 0.0), near=0.5, far=90.0)

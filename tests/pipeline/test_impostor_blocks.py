@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import CaptureChoice, capture_frame
 from addon.pipeline.device import device_of
-from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer
-from addon.pipeline.impostor_capture import capture
-from addon.pipeline.impostor_draw import draw_impostor
-from addon.pipeline.impostor_texels import EMPTY
-from addon.pipeline.impostor_tiles import OVERLAP, STRIDES, TILE, tiles_and_windows
-from addon.pipeline.readback import read_texture
+from addon.pipeline.gl.readback import read_texture
+from addon.pipeline.impostors.capture import capture
+from addon.pipeline.impostors.draw import draw_impostor
+from addon.pipeline.impostors.texels import EMPTY
+from addon.pipeline.impostors.tiles import OVERLAP, STRIDES, TILE, tiles_and_windows
+from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer
 from tests import scenes
 from tests.margins import agree
-from tests.maths.relief_rigs import corners
+from tests.maths.relief.rigs import corners
 
 CONTINUOUS = 0.25
 MARGIN = (OVERLAP + 1) * STRIDES[-1]

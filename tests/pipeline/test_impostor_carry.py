@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.maths.relief_error import predict_one
-from addon.maths.relief_frame import capture_frame
+from addon.maths.relief.error import predict_one
+from addon.maths.relief.frame import capture_frame
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_capture import capture
-from addon.pipeline.impostor_life import CARRIED, ImpostorChoice, ImpostorGroup, library_of
-from addon.pipeline.readback import read_texture
-from addon.pipeline.settings import Settings
+from addon.pipeline.gl.readback import read_texture
+from addon.pipeline.impostors.capture import capture
+from addon.pipeline.impostors.life import CARRIED, ImpostorChoice, ImpostorGroup, library_of
+from addon.settings.groups import Settings
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 

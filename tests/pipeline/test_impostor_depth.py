@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from addon.maths import spaces
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import CaptureChoice, capture_frame
 from addon.maths.view import Camera
 from addon.pipeline.device import device_of
-from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer
-from addon.pipeline.gl_raw import raw_gl
-from addon.pipeline.impostor_capture import capture
-from addon.pipeline.impostor_draw import draw_impostor
-from addon.pipeline.readback import read_texture
+from addon.pipeline.gl.gl_raw import raw_gl
+from addon.pipeline.gl.readback import read_texture
+from addon.pipeline.impostors.capture import capture
+from addon.pipeline.impostors.draw import draw_impostor
+from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer
 from tests import plates, scenes
-from tests.maths.relief_rigs import corners
+from tests.maths.relief.rigs import corners
 
 CASES = {
     "lens": plates.pair(50.0, 0.001, 0.01, 1000.0, half=0.1),

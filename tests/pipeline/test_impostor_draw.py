@@ -8,18 +8,18 @@ import pytest
 
 from addon.errors import GpuError, SceneError
 from addon.maths import spaces
-from addon.maths.relief import relief_from_depth
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.warp import relief_from_depth
 from addon.pipeline.device import device_of
-from addon.pipeline.gbuffer_pass import GBuffer, draw_gbuffer, pixel_rays
-from addon.pipeline.gl_raw import live_objects
-from addon.pipeline.impostor_capture import capture, fingerprint
-from addon.pipeline.impostor_draw import draw_impostor
-from addon.pipeline.impostor_texels import kept_samples
-from addon.pipeline.impostor_views import DrawnImpostor
-from addon.pipeline.readback import read_texture
+from addon.pipeline.gl.gl_raw import live_objects
+from addon.pipeline.gl.readback import read_texture
+from addon.pipeline.impostors.capture import capture, fingerprint
+from addon.pipeline.impostors.draw import draw_impostor
+from addon.pipeline.impostors.texels import kept_samples
+from addon.pipeline.impostors.views import DrawnImpostor
+from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer, pixel_rays
 from tests import scenes
-from tests.maths.relief_rigs import corners, project_texels
+from tests.maths.relief.rigs import corners, project_texels
 
 SIZE = (208, 117)
 MIDDLE = np.array([0.0, 0.0, 0.5])

@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.maths import cut
-from addon.maths.relief_frame import tilt_rad
-from addon.maths.relief_life import LifeSettings
+from addon.maths.relief.frame import tilt_rad
+from addon.maths.relief.life import LifeSettings
+from addon.maths.shadow import cut
 from addon.maths.view import Light
-from addon.pipeline import impostor_ahead
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
-from addon.pipeline.impostor_shadows import casters_of
-from addon.pipeline.impostor_sights import START_PIXEL_NS
-from addon.pipeline.settings import Settings
+from addon.pipeline.impostors import ahead as impostor_ahead
+from addon.pipeline.impostors.life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostors.shadows import casters_of
+from addon.pipeline.impostors.sights import START_PIXEL_NS
+from addon.settings.groups import Settings
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from addon.images.passes import id_colors
-from addon.job import Job, run
-from addon.job import stop_worker as stop_shared_worker
-from addon.light_view import light_camera, light_picture
-from addon.maths.lookup import partition_index
+from addon.maths.shadow.lookup import partition_index
 from addon.maths.spaces import divide, transform
 from addon.maths.view import Light
-from addon.overlay_geometry import map_color, map_volumes
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
+from addon.studies.light_view import light_camera, light_picture
+from addon.studies.map_outlines import map_color, map_volumes
+from addon.studies.run import Job, run
+from addon.studies.run import stop_worker as stop_shared_worker
 from tests import scenes
 
 SIZE = (480, 360)

@@ -5,10 +5,10 @@ import pytest
 from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.spatial import Delaunay
 
-from addon.maths.lookup import unproject
+from addon.maths.shadow.lookup import unproject
 from addon.maths.view import Light
-from addon.pipeline import log_pass
-from addon.pipeline.settings import Settings
+from addon.pipeline.passes import log_map
+from addon.settings.groups import Settings
 from tests import scenes
 from tests.pipeline.oracle import world_corners
 
@@ -65,7 +65,7 @@ def log_frame(renderer, scene, warp="logpsm", **test):
 def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monkeypatch):
     """The cuts matter: with them switched off a long floor is visibly wrong in the map. (A new scene each: its map is drawn anew.)"""
     exact = log_frame(renderer, scenes.border_floor())
-    monkeypatch.setattr(log_pass, "BEND_TEXELS", 1e9)
+    monkeypatch.setattr(log_map, "BEND_TEXELS", 1e9)
     bent = log_frame(renderer, scenes.border_floor())
     expected = ray_depth(scenes.border_floor(), exact.plan.projections[0], MAP)
     error = [np.mean(np.abs(f.passes["shadow_depth"][0] - expected) > 1e-3) for f in (exact, bent)]
@@ -77,7 +77,7 @@ def test_a_map_drawn_in_many_turns_is_the_map_drawn_in_one(renderer, monkeypatch
     """However few slabs a draw may emit of a triangle, the same pieces arrive, with the same ids. (A new scene each, as above.)"""
     frames = []
     for most in (2, 7, 48):
-        monkeypatch.setattr(log_pass, "MOST_SLABS", most)
+        monkeypatch.setattr(log_map, "MOST_SLABS", most)
         frames.append(log_frame(renderer, scenes.border_floor(), warp, kind="triangle"))
     assert (frames[0].passes["shadow_depth"] < 1.0).mean() > 0.2
     for other in frames[:2]:

@@ -9,13 +9,13 @@ import sys
 
 import pytest
 
-from addon.pipeline import context as context_module
-from addon.pipeline import machine
+from addon.pipeline.gl import context as context_module
+from addon.pipeline.gl import machine
 from tests.conftest import ROOT
 
 LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="GLX")
 LIVES = """
-from addon.pipeline.context import GpuWorker
+from addon.pipeline.gl.context import GpuWorker
 worker = GpuWorker("{backend}")
 for _ in range(3):
     module, drawn = worker.call(lambda c: (type(c.mglo._context).__module__, c.texture((64, 64), 4).read()))
@@ -26,7 +26,7 @@ print("ended")
 """
 HANDLER = """
 import ctypes, ctypes.util
-from addon.pipeline.context import GpuWorker
+from addon.pipeline.gl.context import GpuWorker
 x11 = ctypes.CDLL(ctypes.util.find_library("X11"))
 x11.XOpenDisplay.restype = ctypes.c_void_p
 display, errors = ctypes.c_void_p(x11.XOpenDisplay(None)), []

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from addon.maths.choices import WARPS
-from addon.pipeline.settings import Settings
-from tests.maths.fit_rigs import texel_sizes
+from addon.settings.groups import Settings
+from tests.maths.shadow.fit_rigs import texel_sizes
 from tests.orbit import MAP, SIZE, STEP_DEG, SUN, camera_at, jump, largest_jump, orbited_scene, plan_at, sizes_by_face, sun_at
 
 LARGEST_JUMP = 1.25

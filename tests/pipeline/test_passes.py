@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from addon.maths import lookup, measure
+from addon.maths.error import measure
+from addon.maths.shadow import lookup
 from addon.pipeline.renderer import DATA_PASSES
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
 from tests import scenes
 from tests.pipeline import oracle
 

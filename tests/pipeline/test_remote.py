@@ -9,18 +9,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.batch.workers import worker_command
+from addon.cli.batch.workers import worker_command
 from addon.errors import Cancelled, GpuError, SceneError
-from addon.impostors import choice_for, whole
-from addon.pipeline import machine
+from addon.pipeline.bake import bake_all
 from addon.pipeline.bare_passes import forget, timed
-from addon.pipeline.impostor_bake import bake_all
-from addon.pipeline.machine import Machine
-from addon.pipeline.remote import RemoteRenderer
-from addon.pipeline.remote_child import Server
+from addon.pipeline.gl import machine
+from addon.pipeline.gl.machine import Machine
+from addon.pipeline.remote.child import Server
+from addon.pipeline.remote.renderer import RemoteRenderer
 from addon.pipeline.renderer import DATA_PASSES, Request
-from addon.pipeline.scene import Instances, Scene
-from addon.pipeline.settings import Settings
+from addon.scene.records import Instances, Scene
+from addon.settings.groups import Settings
+from addon.studies.impostors.asked import choice_for, whole
 from tests import scenes
 
 CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0)

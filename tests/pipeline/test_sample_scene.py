@@ -5,11 +5,11 @@ import pytest
 
 pytest.importorskip("embreex")
 
-from addon.cad_scene import scene_from_model  # noqa: E402
-from addon.default_view import camera_for_view, camera_from_eye  # noqa: E402
-from addon.pipeline.settings import Settings  # noqa: E402
-from addon.platform_deck import build  # noqa: E402
-from addon.truth import TruthTracer, compare_view  # noqa: E402
+from addon.scene.default_view import camera_for_view, camera_from_eye  # noqa: E402
+from addon.scene.from_cad import scene_from_model  # noqa: E402
+from addon.scene.platform_deck import build  # noqa: E402
+from addon.settings.groups import Settings  # noqa: E402
+from addon.studies.truth import TruthTracer, compare_view  # noqa: E402
 from benchmarks.views import lights  # noqa: E402
 
 SIZE = (320, 180)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("bpy")
-from addon.maths import crop, cut  # noqa: E402
-from addon.pipeline.local_origin import FARTHEST, based_near, nearest_m  # noqa: E402
+from addon.maths.shadow import crop, cut  # noqa: E402
 from addon.pipeline.renderer import Renderer  # noqa: E402
+from addon.scene.local_origin import FARTHEST, based_near, nearest_m  # noqa: E402
 from benchmarks.scale import METHODS, rows_of  # noqa: E402
 from benchmarks.scale_scenes import SIZE, scale_scene  # noqa: E402
 

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addon.errors import SettingsError
-from addon.maths import shadow_tests as definition
-from addon.maths.lookup import texel_footprint
-from addon.pipeline import shadow_test
+from addon.maths.shadow import oracle as definition
+from addon.maths.shadow.lookup import texel_footprint
 from addon.pipeline.device import device_of
-from addon.pipeline.settings import PCF_COUNTS, Settings, TestChoice
+from addon.pipeline.passes import test_defines
+from addon.settings.groups import PCF_COUNTS, Settings, TestChoice
 from tests import scenes
 from tests.pipeline import oracle
 
@@ -140,9 +140,9 @@ def test_automatic_bias_compares_heights_over_the_receivers_plane(renderer, warp
 
     heights = np.stack([height(0, 0), height(1, 0), height(0, 1), height(1, 1)], axis=-1)
     steps = texel_footprint(r.projection, r.points_ws, r.light, r.size)
-    bias = shadow_test.AUTO_TILT * 0.5 * np.abs((steps * r.normals_ws[:, None]).sum(-1)).sum(-1)
-    most = shadow_test.FOOT_TEXELS * r.footprint_m()
-    shares = shadow_test.EDGE_SHARE, shadow_test.FOOT_SHARE
+    bias = test_defines.AUTO_TILT * 0.5 * np.abs((steps * r.normals_ws[:, None]).sum(-1)).sum(-1)
+    most = test_defines.FOOT_TEXELS * r.footprint_m()
+    shares = test_defines.EDGE_SHARE, test_defines.FOOT_SHARE
     dark, near = heights > bias[:, None], np.abs(offset)
     expected = definition.is_dark_between(heights, dark, near, most, *shares)
     clear = (np.abs(heights - bias[:, None]) > 2e-4).all(axis=1) & (np.abs(heights - most[:, None]) > 2e-4).all(axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.pipeline.surface_links import BORDER, SEVERAL, across_edges
+from addon.pipeline.geometry.surface_links import BORDER, SEVERAL, across_edges
 from tests import scenes
 from tests.pipeline.test_shadow_tests import misclassified, settings
 

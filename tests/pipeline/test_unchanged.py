@@ -5,9 +5,9 @@ import pytest
 
 from addon.pipeline import renderer as pipeline
 from addon.pipeline.device import device_of
-from addon.pipeline.impostor_life import ImpostorChoice, ImpostorGroup
+from addon.pipeline.impostors.life import ImpostorChoice, ImpostorGroup
 from addon.pipeline.renderer import DATA_PASSES, Request, render_frame
-from addon.pipeline.settings import Settings
+from addon.settings.groups import Settings
 from tests import scenes
 
 SCENES = (scenes.railing(), scenes.chair())

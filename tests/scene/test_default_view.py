@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.default_view import MARGIN, VIEWS, camera_for_view, camera_from_eye, default_sun, outline_points, world_sun
 from addon.errors import SettingsError
+from addon.scene.default_view import MARGIN, VIEWS, camera_for_view, camera_from_eye, default_sun, outline_points, world_sun
 from tests import scenes
 
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from addon.pipeline.mesh_pieces import RawMesh, prepare_all
-from addon.pipeline.mesh_prep import Defects, drawable, shade_by_corners, shade_by_crease, weld
+from addon.scene.mesh_pieces import RawMesh, prepare_all
+from addon.scene.mesh_prep import Defects, drawable, shade_by_corners, shade_by_crease, weld
 from tests.margins import at_most
 from tests.scenes import ball, box, rod
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from addon.cad_scene import scene_from_model
-from addon.default_view import outline_points
 from addon.errors import SettingsError
-from addon.pipeline.mesh_prep import drawable
-from addon.platform_deck import build
+from addon.scene.default_view import outline_points
+from addon.scene.from_cad import scene_from_model
+from addon.scene.mesh_prep import drawable
+from addon.scene.platform_deck import build
 
 
 @pytest.mark.parametrize("triangles", [10_000, 30_000, 150_000, 1_000_000])

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.cli import chosen_settings, idle_options
-from addon.cli_options import build_parser
-from addon.combinations import applies, idle, named
+from addon.cli.main import chosen_settings, idle_options
+from addon.cli.parser import build_parser
 from addon.maths.choices import PARTITIONS, WARPS, PartitionChoice, WarpChoice, unsuited
-from addon.maths.fit import plan_shadows
+from addon.maths.shadow.fit import plan_shadows
 from addon.maths.view import Light
-from addon.options import OPTIONS, with_options
-from addon.pipeline.settings import Settings
+from addon.settings.combinations import applies, idle, named
+from addon.settings.groups import Settings
+from addon.settings.options import OPTIONS, with_options
 from tests import scenes
 
 LIGHTS = {

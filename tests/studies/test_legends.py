@@ -5,8 +5,8 @@ import pytest
 
 from addon.images.heatmap import scale_colors
 from addon.images.passes import id_colors
-from addon.legends import MOST_MAPS, heat_legend, legend_of, map_legend
-from addon.maths.projection import ShadowPlan, ShadowProjection
+from addon.maths.shadow.projection import ShadowPlan, ShadowProjection
+from addon.studies.legends import MOST_MAPS, heat_legend, legend_of, map_legend
 
 
 def srgb(color):

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from addon.maths import lookup, spaces
-from addon.overlay_geometry import frustum_sides, map_color, map_volumes, section, split_sections
-from tests.maths.fit_rigs import camera_at, plan_of, receivers_on, sun_at
+from addon.maths import spaces
+from addon.maths.shadow import lookup
+from addon.studies.map_outlines import frustum_sides, map_color, map_volumes, section, split_sections
+from tests.maths.shadow.fit_rigs import camera_at, plan_of, receivers_on, sun_at
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 6.0]])
 CAMERA = camera_at((3.0, -30.0, 12.0), (0.0, 5.0, 0.0))

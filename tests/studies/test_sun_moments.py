@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from addon.errors import SettingsError
 from addon.images.contact_sheet import contact_sheet, fitted, shrunk
 from addon.images.lettering import lettered, printable
-from addon.maths.sun_position import Clock, Place
-from addon.pipeline.settings import Settings
-from addon.sun_study import clock_hours, clock_text, moment, moments
+from addon.maths.sun import Clock, Place
+from addon.settings.groups import Settings
+from addon.studies.sun.moments import clock_hours, clock_text, moment, moments
 from tests.margins import agree
 
 LONDON = Place(radians(51.5), radians(-0.13))

@@ -1,6 +1,6 @@
 """What is drawn over a 3D viewport in pixels: the live view's legend, and the graph of the error; and their switches.
 
-The lines in the scene are `overlays.py`'s.
+The lines in the scene are `map_overlay.py`'s.
 """
 
 from __future__ import annotations

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...studies.error_graph import ErrorGraph, error_graph
+from ...studies.map_outlines import map_color
+from ...studies.run import Outcome
 from .. import session
-from ..error_graph import ErrorGraph, error_graph
-from ..job import Outcome
-from ..overlay_geometry import map_color
 from .canvas import BACK, DIM, INK, Canvas
 
 WIDTH, HEIGHT = 380, 246

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from . import session
-from .impostor_states import critical_places, quad_corners
-from .redraw import on_change
+from ...studies.impostors.states import critical_places, quad_corners
+from .. import session
+from ..redraw import on_change
 
 if TYPE_CHECKING:
-    from .pipeline.impostor_life import ImpostorReport
+    from ...pipeline.impostors.life import ImpostorReport
 
 PROPERTY = "cad_shadow_impostor_points"
 POINT_PX, LINE_PX = 9.0, 1.5

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from weakref import WeakKeyDictionary
 
-from ..legends import Legend, legend_of
-from ..maths.projection import ShadowPlan
+from ...maths.shadow.projection import ShadowPlan
+from ...studies.legends import Legend, legend_of
 from ..textures import texture_of
 from ..viewport import LiveView
 from .canvas import DIM, Canvas

@@ -1,6 +1,6 @@
 """The viewport overlay: splits of the camera's view and volumes of the shadow maps, of the last preview or analysis, in the maps' colours.
 
-The geometry is `overlay_geometry.py`'s; here it is drawn after the scene. Blender's `gpu` module is there only when it has a window.
+The geometry is `studies/map_outlines.py`'s; here it is drawn after the scene. Blender's `gpu` module is there only when it has a window.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from weakref import ReferenceType, ref
 import bpy
 import numpy as np
 
-from . import session
-from .job import Outcome
-from .overlay_geometry import map_color, map_volumes, split_sections
-from .redraw import on_change
+from ...studies.map_outlines import map_color, map_volumes, split_sections
+from ...studies.run import Outcome
+from .. import session
+from ..redraw import on_change
 
 PROPERTY = "cad_shadow_overlay"
 LINE_WIDTH = 1.5

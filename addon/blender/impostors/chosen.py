@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from .errors import SceneError
-from .impostor_marks import all_marked, named
-from .impostors import groups_of, whole
-from .pipeline.scene import Scene
-from .snapshot import mark_of_id
-from .snapshot.instances import listed
+from ...errors import SceneError
+from ...scene.records import Scene
+from ...studies.impostors.asked import groups_of, whole
+from ..snapshot import mark_of_id
+from ..snapshot.instances import listed
+from .marks import all_marked, named
 
 if TYPE_CHECKING:
-    from .pipeline.impostor_life import ImpostorGroup
+    from ...pipeline.impostors.life import ImpostorGroup
 
 NO_SURFACE = "{} has no surface that the render shows: name an object with a mesh, or unhide it."
 

@@ -12,10 +12,10 @@ import bpy
 from bpy.app.handlers import persistent
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from .errors import SceneError
-from .pipeline.scene import Mark
-from .snapshot import IMPOSTOR_PROPERTY, mark_of_id, marked
-from .snapshot.instances import listed
+from ...errors import SceneError
+from ...scene.records import Mark
+from ..snapshot import IMPOSTOR_PROPERTY, mark_of_id, marked
+from ..snapshot.instances import listed
 
 ROWS, INDEX = "cad_shadow_impostors", "cad_shadow_impostor_index"
 KINDS = (("object", "Object", "An object"), ("collection", "Collection", "All objects of a collection"))

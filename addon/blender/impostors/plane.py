@@ -12,10 +12,10 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from . import own_images
-from .impostor_files import encoded
-from .outputs import json_text, written
-from .pipeline.baked_impostor import BakedImpostor
+from ...pipeline.impostors.baked import BakedImpostor
+from ...studies.impostors.files import encoded
+from ...studies.outputs import json_text, written
+from .. import own_images
 
 PREFIX = "Impostor"
 COLOR, DATA = "sRGB", "Non-Color"

@@ -1,6 +1,6 @@
 """The sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
 
-from ..parts import attach, detach
+from ..registering import attach, detach
 from . import advice, compatible, impostors, quality, settings
 
 _parts = (impostors, settings, quality, advice, compatible)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from ...settings.options import BY_NAME
 from .. import session
-from ..options import BY_NAME
 from .quality import duration
 from .settings import ORDER_OF_QUALITY, TAB
 from .words import number, paragraph

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import bpy
 
-from ..combinations import applies, unsuited
+from ...settings.combinations import applies, unsuited
+from ...settings.options import BY_NAME
 from ..light_kind import light_type
-from ..options import BY_NAME
 from ..properties import seam_count
 from .compatible import ENGINE
 from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors

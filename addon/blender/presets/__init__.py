@@ -12,11 +12,11 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..errors import SettingsError
-from ..option import Option
-from ..options import OPTIONS
+from ...errors import SettingsError
+from ...settings.option import Option
+from ...settings.options import OPTIONS
+from ...studies.user_files import note, read_bytes
 from ..redraw import redraw
-from ..user_files import note, read_bytes
 
 SUBDIR = "cad_shadow_preview"
 SEARCH_PATH = Path(__file__).resolve().parents[1]  # Blender looks for `presets/SUBDIR` below it

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ..errors import SceneError
-from ..maths.spaces import with_depth_range
-from ..maths.view import Camera
+from ...errors import SceneError
+from ...maths.spaces import with_depth_range
+from ...maths.view import Camera
 
 FLOAT32_STEPS = 5e-7
 """Of a number: what Blender's own arithmetic may be off by."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from ..maths.view import Light
-from ..pipeline.scene import Mark
+from ...maths.view import Light
+from ...scene.records import Mark
 from .lights import light_from_object
 from .materials import DEFAULT_COLOR, Color, base_color
 

@@ -8,8 +8,8 @@ from math import pi
 import bpy
 import numpy as np
 
-from ..errors import SceneError
-from ..maths.view import Light
+from ...errors import SceneError
+from ...maths.view import Light
 
 MAX_CONE_RAD = 1.5
 FAINTEST = 0.05

@@ -14,7 +14,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ..pipeline.scene import Mark
+from ...scene.records import Mark
 from .instances import MarkOf
 
 PROPERTY = "cad_shadow_impostor"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
-from ..pipeline.mesh_pieces import RawMesh
+from ...scene.mesh_pieces import RawMesh
 
 
 def read_object(ob: bpy.types.Object) -> RawMesh | None:

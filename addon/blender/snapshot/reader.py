@@ -19,11 +19,11 @@ from math import ceil, inf, log2
 import bpy
 import numpy as np
 
-from ..errors import SceneError
-from ..maths.view import Camera, Light
-from ..pipeline.mesh_pieces import Prepared, RawMesh, prepare_all
-from ..pipeline.mesh_prep import DEFAULT_CREASE_RAD, Defects
-from ..pipeline.scene import Instances, Mesh, Scene
+from ...errors import SceneError
+from ...maths.view import Camera, Light
+from ...scene.mesh_pieces import Prepared, RawMesh, prepare_all
+from ...scene.mesh_prep import DEFAULT_CREASE_RAD, Defects
+from ...scene.records import Instances, Mesh, Scene
 from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
 from .marks import mark_reader

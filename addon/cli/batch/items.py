@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..scratch import PREFIX
+from ...studies.scratch import PREFIX
 
 SUFFIXES = frozenset((".blend", ".step", ".stp", ".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf"))
 NAMELESS = "input"

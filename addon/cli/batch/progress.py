@@ -7,7 +7,7 @@ from typing import TextIO
 
 from tqdm import tqdm
 
-from ..plain_text import shown_lines
+from ...studies.plain_text import shown_lines
 
 
 class _Bar(tqdm):

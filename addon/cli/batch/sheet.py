@@ -7,10 +7,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..images.contact_sheet import contact_sheet
-from ..images.png import encode_png
-from ..images.srgb import srgb
-from ..outputs import write_bytes
+from ...images.contact_sheet import contact_sheet
+from ...images.png import encode_png
+from ...images.srgb import srgb
+from ...studies.outputs import write_bytes
 from .stamp import picture_of
 
 NAME = "contact_sheet.png"

@@ -11,8 +11,8 @@ import hashlib
 import json
 from pathlib import Path
 
-from ..report import extension_version
-from ..user_files import Key, Noted, read_bytes
+from ...studies.report import extension_version
+from ...studies.user_files import Key, Noted, read_bytes
 from .items import Item
 
 KEY = "batch"
@@ -37,7 +37,7 @@ def _preset(args: argparse.Namespace) -> str | None:
     """What the preset asked for holds; None without one."""
     if getattr(args, "preset", None) is None:
         return None
-    from ..presets import content  # imports Blender, which knows where a user's presets lie
+    from ...blender.presets import content  # imports Blender, which knows where a user's presets lie
 
     return content(args.preset)
 

@@ -19,14 +19,15 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import TextIO
 
-from .. import is_python_module, stopping
-from ..report import failed_report
+from ... import is_python_module
+from ...studies import stopping
+from ...studies.report import failed_report
 from .items import Item
 
 PATIENCE_S = 10.0
 MARK = "cad_shadow-worker:"
 Answer = tuple[dict[str, object], str]
-EXTENSION = Path(__file__).resolve().parents[2]
+EXTENSION = Path(__file__).resolve().parents[3]
 
 
 def worker_command(argv: list[str]) -> tuple[list[str], dict[str, str]]:

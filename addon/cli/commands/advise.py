@@ -8,11 +8,11 @@ from pathlib import Path
 
 import bpy
 
-from .advice import Advice, Goal, Shot, advice_report, advice_table, advise
-from .advice.shots import small_size
-from .outputs import write_json
-from .rendering import Request, render
-from .sources import render_size
+from ...blender.rendering import Request, render
+from ...blender.sources import render_size
+from ...studies.advice import Advice, Goal, Shot, advice_report, advice_table, advise
+from ...studies.advice.shots import small_size
+from ...studies.outputs import write_json
 
 HEAD = ("input", "version", "gl", "settings", "warnings", "errors")
 

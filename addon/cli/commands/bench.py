@@ -13,12 +13,12 @@ from statistics import median
 import bpy
 import numpy as np
 
-from .maths.view import Camera, Light
-from .pipeline.bare_passes import forget, timed
-from .pipeline.remote import RemoteRenderer
-from .pipeline.renderer import Renderer, Request
-from .pipeline.scene import Scene
-from .pipeline.settings import Settings
+from ...maths.view import Camera, Light
+from ...pipeline.bare_passes import forget, timed
+from ...pipeline.remote.renderer import RemoteRenderer
+from ...pipeline.renderer import Renderer, Request
+from ...scene.records import Scene
+from ...settings.groups import Settings
 
 ORBIT_STEP_RAD = np.radians(1.0)
 

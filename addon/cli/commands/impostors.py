@@ -9,23 +9,23 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from .api_impostors import animated
-from .errors import UserError
-from .images.png import encode_png
-from .images.srgb import srgb
-from .impostor_chosen import Chosen
-from .impostor_files import unique_names, write_impostor
-from .impostor_path import PathFrame, csv_text, orbit, summaries, walk
-from .impostor_plane import write_plane
-from .impostors import baked, choice_for
-from .job import Job
-from .outputs import write_bytes, write_json
-from .pipeline.baked_impostor import BakedImpostor
-from .plain_text import shown_name
-from .rendering import Request, read
-from .report import head_of
-from .snapshot import marked_instead
-from .terminal import complain
+from ...api.impostors import animated
+from ...blender.impostors.chosen import Chosen
+from ...blender.impostors.plane import write_plane
+from ...blender.rendering import Request, read
+from ...blender.snapshot import marked_instead
+from ...errors import UserError
+from ...images.png import encode_png
+from ...images.srgb import srgb
+from ...pipeline.impostors.baked import BakedImpostor
+from ...studies.impostors.asked import baked, choice_for
+from ...studies.impostors.files import unique_names, write_impostor
+from ...studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
+from ...studies.outputs import write_bytes, write_json
+from ...studies.plain_text import shown_name
+from ...studies.report import head_of
+from ...studies.run import Job
+from ...studies.terminal import complain
 
 MIB = 1 << 20
 TOLD_EVERY = 10

@@ -13,15 +13,15 @@ from tempfile import TemporaryDirectory
 import bpy
 import numpy as np
 
-from .batch.sheet import read_picture, write_sheet
-from .images.whole import check_picture
-from .job import Outcome
-from .maths.sun_position import Clock, Place, nautical_offset_h
-from .outputs import write_json, written
-from .rendering import Request, render
-from .snapshot import choose_light
-from .sun_study import Moment, moments
-from .views import LightMaker
+from ...blender.rendering import Request, render
+from ...blender.snapshot import choose_light
+from ...images.whole import check_picture
+from ...maths.sun import Clock, Place, nautical_offset_h
+from ...scene.asked_view import LightMaker
+from ...studies.outputs import write_json, written
+from ...studies.run import Outcome
+from ...studies.sun.moments import Moment, moments
+from ..batch.sheet import read_picture, write_sheet
 
 
 def sky(args: argparse.Namespace) -> tuple[Clock, Place]:

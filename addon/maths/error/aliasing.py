@@ -11,7 +11,7 @@ from math import cos, exp, expm1, inf, log1p, pi, sin, sqrt, tan
 
 import numpy as np
 
-from .spacing import log_perspective_derivative
+from ..shadow.spacing import log_perspective_derivative
 from .warped_map import Values, WarpedMap
 
 QUANTILES = (("m_p99", 0.99), ("m_p95", 0.95), ("m_median", 0.5))

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lookup import gradients, partition_index, towards_light
-from .projection import ShadowPlan, ShadowProjection
-from .spaces import transform
-from .view import Camera, Light
+from ..shadow.lookup import gradients, partition_index, towards_light
+from ..shadow.projection import ShadowPlan, ShadowProjection
+from ..spaces import transform
+from ..view import Camera, Light
 
 UNBOUNDED = 1e30  # stands for an infinite error (a surface along the light's ray)
 

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cut import reach_limit, w_range
-from .lookup import project, texel_footprint, towards_light
+from ..shadow.cut import reach_limit, w_range
+from ..shadow.lookup import project, texel_footprint, towards_light
+from ..shadow.projection import ShadowPlan, ShadowProjection
+from ..view import Camera, Light
 from .measure import pixel_gradients
-from .projection import ShadowPlan, ShadowProjection
-from .view import Camera, Light
 
 HALF_STEP, STEP = 2.0**-24, 2.0**-23
 CAUSES = ("depth", "coordinates", "projection", "triangle")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .choices import PartitionChoice, WarpChoice
-from .errors import beam_error_z, error_x
+from ..choices import PartitionChoice, WarpChoice
+from .aliasing import beam_error_z, error_x
 from .warped_map import partition_maps
 
 

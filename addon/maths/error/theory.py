@@ -10,8 +10,18 @@ from math import cos, degrees, inf, pi, radians, sin
 
 import numpy as np
 
-from .choices import WARPS, PartitionChoice, WarpChoice, require
-from .errors import (
+from ..choices import WARPS, PartitionChoice, WarpChoice, require
+from ..shadow.partitions import split_distances
+from ..shadow.warps import (
+    eta_from_parameter,
+    far_parameter,
+    gamma_lim_rad,
+    lispsm_parameter,
+    omega_from_parameter,
+    pseudo_near_parameter,
+    warp_depth,
+)
+from .aliasing import (
     error_x,
     error_z,
     max_beam_error_z,
@@ -22,18 +32,8 @@ from .errors import (
     storage_factor_parallel,
     storage_factor_z,
 )
-from .partitions import split_distances
 from .seams import seams
 from .warped_map import WarpedMap, partition_maps
-from .warps import (
-    eta_from_parameter,
-    far_parameter,
-    gamma_lim_rad,
-    lispsm_parameter,
-    omega_from_parameter,
-    pseudo_near_parameter,
-    warp_depth,
-)
 
 
 @dataclass(frozen=True, slots=True)

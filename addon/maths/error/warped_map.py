@@ -1,6 +1,7 @@
 """One shadow map as the theory sees it: its stretch of the view, its warp; and the maps that a choice of warp and partition asks for.
 
-The theory's P just holds the view frustum; the maps that are really drawn are fitted to scene and receivers in `fit.py`. Sources: T4 §4.2.
+The theory's P just holds the view frustum; the maps that are really drawn are fitted to scene and receivers in `shadow/fit.py`. Sources: T4
+§4.2.
 """
 
 from __future__ import annotations
@@ -10,9 +11,9 @@ from math import cos, inf, log1p, pi, sin, tan
 
 import numpy as np
 
-from .choices import PartitionChoice, WarpChoice
-from .partitions import split_distances
-from .warps import faded_bend, warp_depth, warp_parameter
+from ..choices import PartitionChoice, WarpChoice
+from ..shadow.partitions import split_distances
+from ..shadow.warps import faded_bend, warp_depth, warp_parameter
 
 Values = float | np.ndarray
 

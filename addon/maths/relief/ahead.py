@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .relief import CaptureFrame
-from .relief_views import towards_eye
-from .spaces import angle_between
-from .view import Camera
+from ..spaces import angle_between
+from ..view import Camera
+from .views import towards_eye
+from .warp import CaptureFrame
 
 STEADY = 0.5
 """An eye counts as moving on steadily while one frame turns the view by no more than this share of what wears a texture out."""

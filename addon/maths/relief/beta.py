@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .relief import CaptureFrame
-from .spaces import angle_between, cross, length
-from .view import Camera
+from ..spaces import angle_between, cross, length
+from ..view import Camera
+from .warp import CaptureFrame
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,10 @@ from math import cos, inf, radians
 
 import numpy as np
 
-from ..errors import SceneError
-from .relief import CaptureFrame
-from .relief_edges import EMPTY_TEXTURE, ReliefEdges, directional_sums
-from .relief_error import predict, relief_set
+from ...errors import SceneError
+from .edges import EMPTY_TEXTURE, ReliefEdges, directional_sums
+from .error import predict, relief_set
+from .warp import CaptureFrame
 
 FINER, FINEST = 1.04, 2.5
 """By how much the new capture must be finer than the last, and may be finer than that of the gathering: new texels to an old one. Over six

@@ -2,7 +2,7 @@
 
 After this no predictor reads the texture again. A *pair* is two neighbouring texels, kept as a row `(u, v, n_u, n_v, near, far)`: their
 midpoint, the unit step from the background texel to the foreground texel, and the reliefs δ of foreground and background
-(`relief.py` says what δ is). Where the object ends, the background's relief is that of the last surface on the outline's own ray: the
+(`warp.py` says what δ is). Where the object ends, the background's relief is that of the last surface on the outline's own ray: the
 side that a moving eye uncovers. An *edge* is a pair across a depth step with two more numbers. The rest: the texels its two ends lie apart
 already, so that they open only once the far one has overtaken the near one. The weight: its length in texels, 1 where it was gathered,
 negative for what must be taken off again. There are three sorts, which add up: steps (rest 0), what turns up from behind the outline (the
@@ -17,10 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import SceneError
-from .choices import require
-from .relief import CaptureFrame, depth_from_relief, relief_from_depth, shift_unit
-from .relief_outline import STEEPEST, WIDEST, behind_the_outline
+from ...errors import SceneError
+from ..choices import require
+from .outline import STEEPEST, WIDEST, behind_the_outline
+from .warp import CaptureFrame, depth_from_relief, relief_from_depth, shift_unit
 
 NO_PAIR = np.zeros(6)
 """Where there is no pair: without a direction it predicts nothing from any eye."""
@@ -54,7 +54,7 @@ class ReliefEdges:
     the signed relief step along the axis, `totals` is Σ±|g| and the mean u, v and relief weighted by |g|, and `sums` is
     Σ±max(0, |g|·y − rest) at the shifts y = `SHIFTS / shift_unit(frame)` (texels per unit of relief). `texels` the mask holds, `contour`
     the pairs across depth edges on the object and across its outline: about √2 times their length in texels. `choice`, `has_back`: how all
-    was gathered; `gathered`: what these were carried over from, when not gathered from this texture itself (`relief_carry.py`).
+    was gathered; `gathered`: what these were carried over from, when not gathered from this texture itself (`carry.py`).
     """
 
     frame: CaptureFrame

@@ -1,6 +1,6 @@
 """How wrong a warped relief texture would look from a given eye, predicted without a pass over the texture. No GPU.
 
-Every predictor works on what `relief_edges.py` gathered at capture, for one texture or for hundreds at once:
+Every predictor works on what `edges.py` gathered at capture, for one texture or for hundreds at once:
 
 | name | what it says | source |
 |---|---|---|
@@ -23,9 +23,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .relief import pixel_from_clip, shift_unit, warp_coefficients
-from .relief_edges import SHIFTS, ReliefEdges
-from .view import Camera
+from ..view import Camera
+from .edges import SHIFTS, ReliefEdges
+from .warp import pixel_from_clip, shift_unit, warp_coefficients
 
 PREDICTORS = (
     "critical",

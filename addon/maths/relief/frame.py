@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import SceneError
-from .choices import require
-from .relief import ORTHOGRAPHIC_SOURCE, CaptureFrame, eye_in_plane, pixel_from_clip
-from .spaces import angle_between
-from .view import Camera
+from ...errors import SceneError
+from ..choices import require
+from ..spaces import angle_between
+from ..view import Camera
+from .warp import ORTHOGRAPHIC_SOURCE, CaptureFrame, eye_in_plane, pixel_from_clip
 
 SMALLEST_DISTANCE = 0.05
 """The plane must be at least this share of the object's depth away from a perspective eye; nearer, the object surrounds the camera."""

@@ -11,8 +11,8 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from math import inf, tan
 
-from .choices import require, require_choice
-from .relief_beta import Betas
+from ..choices import require, require_choice
+from .beta import Betas
 
 STAGES = ("hidden", "geometry", "sprite", "warp", "regenerated")
 APPROACHES = ("texel", "schaufler")
@@ -48,7 +48,7 @@ class LifeSettings:
     life is over at once, and the geometry is drawn (fitted to pictures, as the limit: docs/findings.md). `regenerations` per frame,
     `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old texture, whose error was at the limit, is never
     mixed in; the jump measured is small, docs/impostors.md). `ahead`: for an eye that moves on steadily, a capture is made from where
-    the eye will be; this share of the limit is what it may be wrong by until then (0: from where the eye is, as RI; `relief_ahead.py`).
+    the eye will be; this share of the limit is what it may be wrong by until then (0: from where the eye is, as RI; `ahead.py`).
     """
 
     predictor: str = "edge_fast_px"

@@ -1,4 +1,4 @@
-"""What turns up from behind the outline of a relief texture as the eye moves: edges for the edge sum of `relief_edges.py`. No GPU.
+"""What turns up from behind the outline of a relief texture as the eye moves: edges for the edge sum of `edges.py`. No GPU.
 
 A depth edge counts what comes into view behind a step between two texels. A side that stands edge-on, or the far side of a hollow thing,
 has no texel at all; what tells of it is the last surface that the rays near the outline meet. Our own (docs/findings.md, *Impostors*).
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .relief import CaptureFrame, relief_from_depth, shift_unit
+from .warp import CaptureFrame, relief_from_depth, shift_unit
 
 STEEPEST = 8.0
 """Texels of depth per texel up to which a run of steps is taken for a surface seen at a grazing angle (83°)."""

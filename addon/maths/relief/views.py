@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import SceneError
-from .choices import require
-from .spaces import look_at
-from .view import Camera
+from ...errors import SceneError
+from ..choices import require
+from ..spaces import look_at
+from ..view import Camera
 
 
 def view_directions(count: int) -> np.ndarray:

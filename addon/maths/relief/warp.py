@@ -6,7 +6,7 @@ v downwards), d metres behind the plane, away from the capturing eye. A texel (u
 (then δ = d) and `(s_u, s_v, s_d, 1)` for a perspective one (then δ = γ = (z₀ − z)/z ≤ 0, z₀ the plane's and z the point's view depth).
 
 Sources: Oliveira 2000 through RI 5-2…5-4; the perspective source is our own (method §7; research/impostors.md §6).
-What is not here: the prediction of errors (`relief_error.py`), the frame's construction (`relief_frame.py`).
+What is not here: the prediction of errors (`error.py`), the frame's construction (`frame.py`).
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import SceneError
-from .view import Camera
+from ...errors import SceneError
+from ..view import Camera
 
 ORTHOGRAPHIC_SOURCE = np.array([0.0, 0.0, 1.0, 0.0])
 

@@ -12,7 +12,7 @@ from math import copysign, cos, inf, log2, sin
 
 import numpy as np
 
-from .choices import FitChoice
+from ..choices import FitChoice
 from .light_space import LightSpace
 from .projection import LogWarp
 

@@ -18,9 +18,9 @@ from math import cos, pi, radians, sin, tan
 
 import numpy as np
 
-from .frusta import frustum_corners
+from ..frusta import frustum_corners
+from ..view import Camera, Light
 from .light_space import LightSpace, sun_space
-from .view import Camera, Light
 
 SPLIT_FROM = radians(100.0)   # τ₀ of LogPSM §5.1.5.3
 SPLIT_UNTIL = radians(130.0)  # τ₁

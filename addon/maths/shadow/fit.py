@@ -14,17 +14,17 @@ from math import expm1, inf, log1p, pi, sqrt
 
 import numpy as np
 
-from .choices import FitChoice, PartitionChoice, WarpChoice, unsuited
+from ..choices import FitChoice, PartitionChoice, WarpChoice, unsuited
+from ..frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
+from ..spaces import translation
+from ..view import Camera, Light
 from .crop import Casters, Receivers, Warp, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
-from .frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
 from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count, smooth
-from .spaces import translation
 from .strength import RATE, RATE_SLICED, Range, steady_strength
-from .view import Camera, Light
 from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %

@@ -15,7 +15,7 @@ from math import radians, sqrt, tan
 
 import numpy as np
 
-from .view import Camera, Light, gamma_rad
+from ..view import Camera, Light, gamma_rad
 
 ROUND_BELOW = radians(18.0)   # the blend starts here, or at γ_lim where that is smaller
 ROUND_LEAST = radians(4.0)    # but never later than here

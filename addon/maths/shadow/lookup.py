@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..spaces import transform
+from ..view import Camera, Light
 from .projection import ShadowPlan, ShadowProjection
-from .spaces import transform
-from .view import Camera, Light
 
 
 def project(projection: ShadowProjection, points_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..view import Light
 from .lookup import project, texel_footprint, towards_light, unproject
 from .projection import ShadowProjection
-from .view import Light
 
 
 def spread_neighbours(depths: int) -> np.ndarray:

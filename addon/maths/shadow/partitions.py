@@ -9,7 +9,7 @@ from math import inf, pi
 
 import numpy as np
 
-from .choices import PartitionChoice, require
+from ..choices import PartitionChoice, require
 
 
 def log_splits(near: float, far: float, count: int) -> np.ndarray:

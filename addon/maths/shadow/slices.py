@@ -24,8 +24,8 @@ from math import log, pi, radians, sin
 
 import numpy as np
 
-from .choices import PartitionChoice
-from .frusta import Body
+from ..choices import PartitionChoice
+from ..frusta import Body
 from .light_space import LightSpace, round_core
 
 PER_PARTITION = 4                 # slices of a partition in which its density is spread evenly

@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import ceil, cos, degrees, log1p, radians, sin
 
-from .choices import WarpChoice
+from ..choices import WarpChoice
 from .warps import warp_depth, warp_parameter
 
 STRONGEST = 1e4   # largest f'/n': beyond it float32 cannot place a texel

@@ -1,7 +1,7 @@
 """The warp parameter n' of every method of the texts: how strongly one shadow map is warped towards the viewer.
 
 What it is: numbers from (near, far, φ, γ). What it is not: the fitted matrices (`fit.py`), the map t(v) itself (`spacing.py`), the errors
-(`errors.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3, research/shadows.md §6.
+(`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3, research/shadows.md §6.
 
 n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view
 frustum V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import atan2, cos, expm1, inf, isnan, log, log1p, pi, radians, sin, sqrt, tan
 
-from .choices import WarpChoice, require
+from ..choices import WarpChoice, require
 
 EPSILON = 2.0**-52
 LEAST_BEND = 1e-6  # 1/b of a log map: less is none

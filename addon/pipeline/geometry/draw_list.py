@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import moderngl
 import numpy as np
 
-from ..maths.spaces import transform
+from ...maths.spaces import transform
+from ...scene.records import Scene
+from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
+from ..gl.programs import SAMPLER_UNITS, set_uniforms
 from .clusters import clustered, runs, segments, visible
-from .gl_raw import BufferTexture, draw_triangles, write_buffer
-from .programs import SAMPLER_UNITS, set_uniforms
-from .scene import Scene
 
 if TYPE_CHECKING:
-    from .geometry import GeometryStore
+    from .store import GeometryStore
 
 ROWS_PER_SLOT = 4
 MERGED_GAP = 3072  # hidden indices drawn along rather than paying for another call

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from ..errors import GpuError
-from .allocation import allocating, buffer_texture_limit
+from ...errors import GpuError
+from ...scene.records import Mesh, Scene
+from ..gl.allocation import allocating, buffer_texture_limit
 from .clusters import cluster_bounds, clustered, longest_edges, morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .octahedral import packed_octahedral
 from .ranges import Ranges
-from .scene import Mesh, Scene
 from .surface_links import SurfaceLinks
 
 BAKE_TRIANGLES = 3000

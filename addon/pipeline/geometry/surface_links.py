@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import moderngl
 import numpy as np
 
-from .mesh_prep import weld
+from ...scene.mesh_prep import weld
 
 BORDER = 0xFFFFFFFF  # nothing across the edge
 SEVERAL = 0xFFFFFFFE  # more than one triangle: no telling which

@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 
 import moderngl
 
-from ..errors import GpuError
+from ...errors import GpuError
 
 FULL = "GL_OUT_OF_MEMORY"
 NONE = "GL_NO_ERROR"

@@ -24,7 +24,7 @@ from typing import TypeVar
 
 import moderngl
 
-from ..errors import Cancelled, GpuError
+from ...errors import Cancelled, GpuError
 from .machine import chosen
 
 T = TypeVar("T")

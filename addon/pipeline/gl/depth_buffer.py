@@ -11,8 +11,8 @@ from contextlib import contextmanager
 
 import moderngl
 
-from ..errors import GpuError
-from ..maths.depth_projection import DepthProjection
+from ...errors import GpuError
+from ...maths.depth_projection import DepthProjection
 from .gl_raw import Owned, raw_gl
 
 _FRAMEBUFFER, _DEPTH_ATTACHMENT, _RENDERBUFFER, _DEPTH_COMPONENT32F = 0x8D40, 0x8D00, 0x8D41, 0x8CAC

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from ..errors import GpuError
+from ...errors import GpuError
 from .allocation import check_buffer_texture
 
 GL_DEPTH_CLAMP = 0x864F

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..errors import GpuError
+from ...errors import GpuError
 
 BACKENDS = ("auto", "egl", "native")
 

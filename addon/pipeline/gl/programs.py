@@ -9,11 +9,11 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from ..errors import GpuError
-from ..maths.spaces import translation
+from ...errors import GpuError
+from ...maths.spaces import translation
 from .gl_raw import raw_gl
 
-SHADER_DIR = Path(__file__).resolve().parent.parent / "shaders"
+SHADER_DIR = Path(__file__).resolve().parents[2] / "shaders"
 VERSION = "#version 330 core\n"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$', re.MULTILINE)
 # Every sampler of every shader has its own texture unit, set once when the program is linked.

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-from ..errors import SceneError
-from ..maths.relief import CaptureFrame
-from ..maths.relief_ahead import ahead_of, next_share
-from ..maths.relief_frame import capture_frame
-from ..maths.relief_life import LifeSettings, Sight
-from ..maths.view import Camera
-from .impostor_capture import ImpostorTextures
-from .impostor_sights import Part, View
+from ...errors import SceneError
+from ...maths.relief.ahead import ahead_of, next_share
+from ...maths.relief.frame import capture_frame
+from ...maths.relief.life import LifeSettings, Sight
+from ...maths.relief.warp import CaptureFrame
+from ...maths.view import Camera
+from .capture import ImpostorTextures
+from .sights import Part, View
 
 
 class Ahead:

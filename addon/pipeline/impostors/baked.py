@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..maths.relief import CaptureFrame
-from ..maths.relief_edges import ReliefEdges
+from ...maths.relief.edges import ReliefEdges
+from ...maths.relief.warp import CaptureFrame
 
 
 @dataclass(frozen=True, eq=False)

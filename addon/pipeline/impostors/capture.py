@@ -12,16 +12,16 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from ..errors import GpuError, SceneError
-from ..maths.relief import CaptureFrame, depth_from_relief, shift_unit
-from ..maths.relief_carry import carried
-from ..maths.relief_edges import EdgeChoice, ReliefEdges, relief_edges
-from .allocation import allocating
-from .device import Device
-from .draw_list import DrawList
-from .impostor_texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels
-from .impostor_tiles import tiles_and_windows
-from .readback import read_texture
+from ...errors import GpuError, SceneError
+from ...maths.relief.carry import carried
+from ...maths.relief.edges import EdgeChoice, ReliefEdges, relief_edges
+from ...maths.relief.warp import CaptureFrame, depth_from_relief, shift_unit
+from ..device import Device
+from ..geometry.draw_list import DrawList
+from ..gl.allocation import allocating
+from ..gl.readback import read_texture
+from .texels import BYTES_PER_TEXEL, EMPTY, SAMPLES, ImpostorTexels, draw_texels
+from .tiles import tiles_and_windows
 
 CONTINUOUS_TEXELS = 1.0
 """Depth steps up to so many texels between neighbours are one surface: the ray meets it instead of passing through the gap."""
@@ -31,7 +31,7 @@ CONTINUOUS_TEXELS = 1.0
 class ImpostorTextures:
     """A captured impostor on the GPU and what the predictors keep of it on the CPU.
 
-    `tiles` RGB32F and `windows` RGBA32F, from fine to coarse, say at which depths a square of texels can be met (`impostor_tiles.py`),
+    `tiles` RGB32F and `windows` RGBA32F, from fine to coarse, say at which depths a square of texels can be met (`tiles.py`),
     `nearest` from which any.
     `depth_m`, `back_m` (h, w) float32 metres behind the plane, `mask` (h, w) bool, row 0 at the top: whether any of the texel shows
     something; `content_uv` (2, 2) the smallest and largest (u, v) of those that do.

@@ -13,19 +13,19 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from ..maths.depth_projection import DepthProjection, fitted
-from ..maths.relief import CaptureFrame, ReliefWarp, relief_warp, shift_unit
-from ..maths.relief_frame import visible_extent
-from ..maths.view import Camera
-from .allocation import allocating, freed_with
-from .depth_buffer import DepthBuffer, nearest_wins
-from .device import Device
-from .gbuffer_pass import GBuffer
-from .impostor_capture import CONTINUOUS_TEXELS, ImpostorTextures
-from .impostor_texels import DEFINES, EMPTY, ImpostorTexels
-from .impostor_tiles import OVERLAP, STRIDES, TILE
-from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
-from .surface_pass import depth_uniforms
+from ...maths.depth_projection import DepthProjection, fitted
+from ...maths.relief.frame import visible_extent
+from ...maths.relief.warp import CaptureFrame, ReliefWarp, relief_warp, shift_unit
+from ...maths.view import Camera
+from ..device import Device
+from ..gl.allocation import allocating, freed_with
+from ..gl.depth_buffer import DepthBuffer, nearest_wins
+from ..gl.programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
+from ..passes.gbuffer import GBuffer
+from ..passes.surface import depth_uniforms
+from .capture import CONTINUOUS_TEXELS, ImpostorTextures
+from .texels import DEFINES, EMPTY, ImpostorTexels
+from .tiles import OVERLAP, STRIDES, TILE
 
 METHODS = ("inverse", "forward")
 _KINDS = {"inverse": 0, "sprite": 1, "forward": 2}

@@ -1,6 +1,6 @@
 """The impostors of a scene from frame to frame: which are captured, how each is drawn now, and what is said about them. Worker thread only.
 
-`maths/relief_life.py` decides; this module measures what it needs to know, captures, keeps the textures within the budget and frees them.
+`maths/relief/life.py` decides; this module measures what it needs to know, captures, keeps the textures within the budget and frees them.
 """
 
 from __future__ import annotations
@@ -11,29 +11,29 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..errors import GpuError, SceneError
-from ..maths.choices import require, require_choice
-from ..maths.relief import CaptureFrame
-from ..maths.relief_beta import Betas
-from ..maths.relief_carry import carries
-from ..maths.relief_edges import EdgeChoice, ReliefEdges
-from ..maths.relief_frame import CaptureChoice, capture_frame, is_at_capture, tilt_rad
-from ..maths.relief_life import TOO_FINE, Action, ImpostorState, LifeSettings, advance, decide
-from ..maths.view import Camera
-from .device import Device
-from .draw_list import DrawList
-from .gbuffer_pass import draw_gbuffer
-from .impostor_ahead import Ahead
-from .impostor_capture import ImpostorTextures, capture, fingerprint
-from .impostor_draw import METHODS, draw_impostor
-from .impostor_sights import Part, Seen, Sights, View, parts_of
-from .impostor_views import DrawnImpostor, Views, towards_set
-from .scene import Scene
+from ...errors import GpuError, SceneError
+from ...maths.choices import require, require_choice
+from ...maths.relief.beta import Betas
+from ...maths.relief.carry import carries
+from ...maths.relief.edges import EdgeChoice, ReliefEdges
+from ...maths.relief.frame import CaptureChoice, capture_frame, is_at_capture, tilt_rad
+from ...maths.relief.life import TOO_FINE, Action, ImpostorState, LifeSettings, advance, decide
+from ...maths.relief.warp import CaptureFrame
+from ...maths.view import Camera
+from ...scene.records import Scene
+from ..device import Device
+from ..geometry.draw_list import DrawList
+from ..passes.gbuffer import draw_gbuffer
+from .ahead import Ahead
+from .capture import ImpostorTextures, capture, fingerprint
+from .draw import METHODS, draw_impostor
+from .sights import Part, Seen, Sights, View, parts_of
+from .views import DrawnImpostor, Views, towards_set
 
 MODES = ("automatic", "manual")
 CASTERS = ("geometry", "impostor")
 CARRIED = "edges carried over"
-"""Added to the reason of a renewal from nearer that gathered nothing anew for the predictors (`maths/relief_carry.py`)."""
+"""Added to the reason of a renewal from nearer that gathered nothing anew for the predictors (`maths/relief/carry.py`)."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class ImpostorChoice:
     the sums over all edges.
     `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
     object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
-    `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`impostor_shadows.py`).
+    `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`shadows.py`).
     `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
     """
 

@@ -14,21 +14,21 @@ from dataclasses import dataclass, replace
 import moderngl
 import numpy as np
 
-from ..errors import GpuError, SceneError
-from ..maths import spaces
-from ..maths.cut import are_large
-from ..maths.projection import ShadowPlan
-from ..maths.relief_frame import capture_frame
-from ..maths.view import Camera, Light
-from .device import Device
-from .draw_list import DrawList
-from .gl_raw import GL_DEPTH_CLAMP
-from .impostor_capture import ImpostorTextures, capture, fingerprint
-from .impostor_draw import draw_caster
-from .impostor_life import ImpostorChoice, ImpostorFrame
-from .impostor_sights import Part, parts_of
-from .scene import Scene
-from .shadow_pass import ShadowMaps
+from ...errors import GpuError, SceneError
+from ...maths import spaces
+from ...maths.relief.frame import capture_frame
+from ...maths.shadow.cut import are_large
+from ...maths.shadow.projection import ShadowPlan
+from ...maths.view import Camera, Light
+from ...scene.records import Scene
+from ..device import Device
+from ..geometry.draw_list import DrawList
+from ..gl.gl_raw import GL_DEPTH_CLAMP
+from ..passes.shadow import ShadowMaps
+from .capture import ImpostorTextures, capture, fingerprint
+from .draw import draw_caster
+from .life import ImpostorChoice, ImpostorFrame
+from .sights import Part, parts_of
 
 MARGIN = 1.02
 """The light's view is so much wider than the object."""

@@ -1,4 +1,4 @@
-"""What the camera makes of every impostor of a frame, for `maths/relief_life.py` to decide on. Worker thread only.
+"""What the camera makes of every impostor of a frame, for `maths/relief/life.py` to decide on. Worker thread only.
 
 All textures are predicted at once; what is kept of them is stacked again only when one of them changes. The costs for the break-even are
 measured: an object's triangles once, when first seen, an impostor's pixels whenever one is captured.
@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import SceneError
-from ..maths.relief import CaptureFrame, pixel_from_clip
-from ..maths.relief_beta import Betas, BoundsSet, betas_of_set, bounds_set
-from ..maths.relief_error import EXACT, ReliefSet, predict, relief_set
-from ..maths.relief_frame import CaptureChoice, box_area, capture_frame, tilt_rad
-from ..maths.relief_life import SHARED, LifeSettings, Sight, share_wrong
-from ..maths.view import Camera
-from .clusters import frustum_planes, visible
-from .impostor_capture import ImpostorTextures, capture_bytes
-from .impostor_texels import BYTES_PER_TEXEL
-from .scene import Scene
+from ...errors import SceneError
+from ...maths.relief.beta import Betas, BoundsSet, betas_of_set, bounds_set
+from ...maths.relief.error import EXACT, ReliefSet, predict, relief_set
+from ...maths.relief.frame import CaptureChoice, box_area, capture_frame, tilt_rad
+from ...maths.relief.life import SHARED, LifeSettings, Sight, share_wrong
+from ...maths.relief.warp import CaptureFrame, pixel_from_clip
+from ...maths.view import Camera
+from ...scene.records import Scene
+from ..geometry.clusters import frustum_planes, visible
+from .capture import ImpostorTextures, capture_bytes
+from .texels import BYTES_PER_TEXEL
 
 if TYPE_CHECKING:
-    from .impostor_life import ImpostorGroup
+    from .life import ImpostorGroup
 
 START_PIXEL_NS = 150.0
 """What an impostor's pixel is taken to cost until one was measured."""

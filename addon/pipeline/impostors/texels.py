@@ -12,23 +12,23 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from ..maths.anchored_camera import AnchoredCamera
-from ..maths.relief import CaptureFrame, shift_unit
-from ..maths.relief_outline import STEEPEST
-from .allocation import freed_with
-from .depth_buffer import DepthBuffer
-from .device import Device
-from .draw_list import DrawList
-from .gbuffer_pass import pixel_rays
-from .gl_raw import finish
-from .programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
-from .surface_pass import SurfaceShader, draw_surfaces
+from ...maths.anchored_camera import AnchoredCamera
+from ...maths.relief.outline import STEEPEST
+from ...maths.relief.warp import CaptureFrame, shift_unit
+from ..device import Device
+from ..geometry.draw_list import DrawList
+from ..gl.allocation import freed_with
+from ..gl.depth_buffer import DepthBuffer
+from ..gl.gl_raw import finish
+from ..gl.programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
+from ..passes.gbuffer import pixel_rays
+from ..passes.surface import SurfaceShader, draw_surfaces
 
 EMPTY = np.float32(1e9)
 SAMPLES = 2
 """Samples per texel and side."""
 BYTES_PER_TEXEL = 41
-"""40 of the texels themselves, one of the grids over them (`impostor_tiles.py`)."""
+"""40 of the texels themselves, one of the grids over them (`tiles.py`)."""
 APART_TEXELS = 0.25
 """Surfaces nearer to each other than this are one when the back layer is peeled."""
 KEPT_SAMPLES = 1 << 20

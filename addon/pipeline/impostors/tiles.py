@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .impostor_texels import EMPTY
+from .texels import EMPTY
 
 STRIDES = (4, 8, 16, 32)
 """Texels from one window to the next, in the grids of windows from fine to coarse."""
@@ -22,7 +22,7 @@ _NOTHING = np.float32([-EMPTY, -1.0, -EMPTY, EMPTY, 0.0])
 
 
 def tiles_and_windows(layers: np.ndarray, continuous: float) -> tuple[np.ndarray, list[np.ndarray]]:
-    """The grids of texels (h, w, 4) as in `impostor_texels.py`, float32; `continuous`: steps of |relief| up to this are one surface.
+    """The grids of texels (h, w, 4) as in `texels.py`, float32; `continuous`: steps of |relief| up to this are one surface.
 
     Tile (j, i), of (⌈h/TILE⌉ + 2, ⌈w/TILE⌉ + 2, 3), begins at texel TILE·(i − 1): the depth of the nearest front surface in it or in the
     texels round it, slopes included; that behind which a ray meets neither a surface nor a back (nor a neighbour's, as edge texels show

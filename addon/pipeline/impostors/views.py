@@ -10,15 +10,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..errors import SceneError
-from ..maths.relief_frame import capture_frame, tilt_rad
-from ..maths.relief_views import nearest_views, view_camera, view_directions
-from ..maths.view import Camera
-from .device import Device
-from .gbuffer_pass import GBuffer
-from .impostor_capture import ImpostorTextures, capture_bytes
-from .impostor_draw import draw_impostor
-from .impostor_sights import Part, Seen, View
+from ...errors import SceneError
+from ...maths.relief.frame import capture_frame, tilt_rad
+from ...maths.relief.views import nearest_views, view_camera, view_directions
+from ...maths.view import Camera
+from ..device import Device
+from ..passes.gbuffer import GBuffer
+from .capture import ImpostorTextures, capture_bytes
+from .draw import draw_impostor
+from .sights import Part, Seen, View
 
 MISSING = 1.2
 """A view of the set that is missing counts as an error of this share of the limit: it is captured, and the others are shown meanwhile."""

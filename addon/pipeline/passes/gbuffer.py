@@ -8,15 +8,15 @@ from contextlib import ExitStack
 import moderngl
 import numpy as np
 
-from ..maths.anchored_camera import AnchoredCamera
-from ..maths.depth_projection import DepthProjection
-from ..maths.view import Camera
-from .allocation import freed_with
-from .clusters import frustum_planes, visible
-from .depth_buffer import DepthBuffer
-from .draw_list import DrawList
-from .programs import Programs
-from .surface_pass import SurfaceShader, draw_surfaces
+from ...maths.anchored_camera import AnchoredCamera
+from ...maths.depth_projection import DepthProjection
+from ...maths.view import Camera
+from ..geometry.clusters import frustum_planes, visible
+from ..geometry.draw_list import DrawList
+from ..gl.allocation import freed_with
+from ..gl.depth_buffer import DepthBuffer
+from ..gl.programs import Programs
+from .surface import SurfaceShader, draw_surfaces
 
 SURFACE = SurfaceShader("gbuffer.frag")
 

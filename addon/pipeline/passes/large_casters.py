@@ -1,4 +1,5 @@
-"""Casters too large for a shadow map's float32: cut to the map in float64 (`maths/cut.py`) and drawn as what is left. Worker thread only.
+"""Casters too large for a shadow map's float32: cut to the map in float64 (`maths/shadow/cut.py`) and drawn as what is left. Worker thread
+only.
 
 Whole clusters are taken out of the ordinary draw; their small triangles pass through unchanged. Ids are those of the ordinary draw.
 """
@@ -11,11 +12,11 @@ from functools import partial
 import moderngl
 import numpy as np
 
-from ..maths.cut import are_large, cut, map_planes, reach_limit, w_range
-from ..maths.projection import ShadowProjection
-from ..maths.spaces import transform
-from .draw_list import Chosen, DrawList
-from .gl_raw import draw_triangles
+from ...maths.shadow.cut import are_large, cut, map_planes, reach_limit, w_range
+from ...maths.shadow.projection import ShadowProjection
+from ...maths.spaces import transform
+from ..geometry.draw_list import Chosen, DrawList
+from ..gl.gl_raw import draw_triangles
 
 MARGIN_TEXELS = 8.0  # beyond the map's border, so that filters find no rim
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from ..maths.view import Camera
-from .clusters import frustum_planes
-from .draw_list import DrawList
-from .gl_raw import BufferTexture
+from ...maths.view import Camera
+from ..geometry.clusters import frustum_planes
+from ..geometry.draw_list import DrawList
+from ..gl.gl_raw import BufferTexture
 from .large_casters import triangles_of
 
 STEPS = 256.0       # edges longer than so many nearest view depths: there float32's noise is 1/8000 of what is seen

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from ..maths.projection import ShadowProjection
-from .clusters import frustum_planes
-from .draw_list import DrawList
+from ...maths.shadow.projection import ShadowProjection
+from ..geometry.clusters import frustum_planes
+from ..geometry.draw_list import DrawList
+from ..gl.programs import Programs, relative_to, set_uniforms
 from .large_casters import draw_cut, large_in
-from .programs import Programs, relative_to, set_uniforms
 
 BEND_TEXELS = 0.015  # largest distance, along t, between an edge's piece and its curve
 BALANCE = 0.75  # of a chord's largest miss is taken off its ends: the least mean distance from the curve, on either side of it

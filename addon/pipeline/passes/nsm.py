@@ -6,11 +6,11 @@ from contextlib import ExitStack
 
 import moderngl
 
-from ..maths.projection import ShadowPlan
-from .allocation import freed_with
-from .gl_raw import DepthArray, LayerFramebuffer
-from .programs import SAMPLER_UNITS, Programs, set_uniforms
-from .shadow_test import neighbour_define
+from ...maths.shadow.projection import ShadowPlan
+from ..gl.allocation import freed_with
+from ..gl.gl_raw import DepthArray, LayerFramebuffer
+from ..gl.programs import SAMPLER_UNITS, Programs, set_uniforms
+from .test_defines import neighbour_define
 
 PER_TARGET = 4
 

@@ -11,9 +11,9 @@ from contextlib import ExitStack
 
 import moderngl
 
-from ..maths.projection import ShadowPlan, ShadowProjection
-from .allocation import freed_with
-from .gl_raw import DepthArray, LayerFramebuffer, id_array
+from ...maths.shadow.projection import ShadowPlan, ShadowProjection
+from ..gl.allocation import freed_with
+from ..gl.gl_raw import DepthArray, LayerFramebuffer, id_array
 
 
 class OutlineIds:

@@ -8,18 +8,18 @@ from functools import cache
 import moderngl
 import numpy as np
 
-from ..images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
-from ..images.passes import id_colors
-from ..maths.projection import ShadowPlan
-from ..maths.view import Camera, Light
-from .draw_list import DrawList
-from .gbuffer_pass import GBuffer, pixel_rays
-from .gl_raw import BufferTexture, draw_triangles, write_buffer
+from ...images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
+from ...images.passes import id_colors
+from ...maths.shadow.projection import ShadowPlan
+from ...maths.view import Camera, Light
+from ...settings.groups import DISPLAYS, Settings
+from ..geometry.draw_list import DrawList
+from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
+from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
+from .gbuffer import GBuffer, pixel_rays
 from .large_receivers import LargePlanes
-from .programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
-from .settings import DISPLAYS, Settings
-from .shadow_pass import MAX_MAPS, ShadowMaps, plan_block
-from .shadow_test import test_defines, test_uniforms
+from .shadow import MAX_MAPS, ShadowMaps, plan_block
+from .test_defines import test_defines, test_uniforms
 
 
 class ShadeTarget:

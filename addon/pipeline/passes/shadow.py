@@ -9,21 +9,21 @@ from functools import partial
 import moderngl
 import numpy as np
 
-from ..errors import GpuError
-from ..maths.projection import ShadowPlan, ShadowProjection
-from ..maths.spaces import translation
-from .allocation import freed_with
-from .clusters import frustum_planes
-from .draw_list import DrawList
-from .gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, id_array
+from ...errors import GpuError
+from ...maths.shadow.projection import ShadowPlan, ShadowProjection
+from ...maths.spaces import translation
+from ...settings.groups import TestChoice
+from ..geometry.clusters import frustum_planes
+from ..geometry.draw_list import DrawList
+from ..gl.allocation import freed_with
+from ..gl.gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, id_array
+from ..gl.machine import check_maps
+from ..gl.programs import Programs, relative_to, set_uniforms
 from .large_casters import draw_cut, large_in
-from .log_pass import draw_log_map, log_bend_vector, log_warp_vector
-from .machine import check_maps
-from .nsm_pass import NsmCells
-from .outline_pass import OutlineIds
-from .programs import Programs, relative_to, set_uniforms
-from .settings import TestChoice
-from .shadow_test import ids_kind
+from .log_map import draw_log_map, log_bend_vector, log_warp_vector
+from .nsm import NsmCells
+from .outline import OutlineIds
+from .test_defines import ids_kind
 
 MAX_MAPS = 48
 _FLOATS_PER_MAP = 60

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 import moderngl
 import numpy as np
 
-from ..maths.anchored_camera import AnchoredCamera
-from ..maths.depth_projection import DepthProjection
-from .clusters import frustum_planes
-from .depth_buffer import has_clip_control, nearest_wins
-from .draw_list import DrawList
-from .large_surfaces import draw_large, large_in
-from .programs import Programs, set_uniforms
+from ...maths.anchored_camera import AnchoredCamera
+from ...maths.depth_projection import DepthProjection
+from ..geometry.clusters import frustum_planes
+from ..geometry.draw_list import DrawList
+from ..gl.depth_buffer import has_clip_control, nearest_wins
+from ..gl.programs import Programs, set_uniforms
+from ..large_surfaces import draw_large, large_in
 
 RASTERISER, FRAGMENT = 0, 1  # who finds the depth: common_surface.glsl
 

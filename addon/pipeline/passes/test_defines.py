@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from ..maths.cut import reach_limit
-from ..maths.projection import ShadowPlan
-from ..maths.shadow_tests import spread_neighbours
-from .settings import BIASES, FILTER_UNITS, TESTS, TestChoice
+from ...maths.shadow.cut import reach_limit
+from ...maths.shadow.oracle import spread_neighbours
+from ...maths.shadow.projection import ShadowPlan
+from ...settings.groups import BIASES, FILTER_UNITS, TESTS, TestChoice
 
 # Numbers of the automatic bias and the exact test, by measurement (docs/shadow_tests.md).
 AUTO_TILT = 0.6

@@ -1,4 +1,4 @@
-"""The process that `remote.RemoteRenderer` starts: `python -m addon.pipeline.remote_child PEER` renders what it is sent until there is
+"""The process that `remote.RemoteRenderer` starts: `python -m addon.pipeline.remote.child PEER` renders what it is sent until there is
 no more; PEER is what the package is called in the process that sends."""
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from dataclasses import replace
 from threading import Lock
 from typing import BinaryIO
 
-from ..errors import Cancelled, GpuError, UserError
-from . import machine
-from .context import shutdown
-from .remote_words import receive, send
-from .renderer import Request, Task, Ticket, shared_renderer
-from .scene import Mesh, Scene
+from ...errors import Cancelled, GpuError, UserError
+from ...scene.records import Mesh, Scene
+from ..gl import machine
+from ..gl.context import shutdown
+from ..renderer import Request, Task, Ticket, shared_renderer
+from .words import receive, send
 
 
 class _Telling(Ticket):

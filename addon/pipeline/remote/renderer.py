@@ -20,14 +20,14 @@ from threading import Lock, Thread
 import moderngl
 import numpy as np
 
-from ..errors import Cancelled, GpuError
-from .machine import Machine, chosen
-from .remote_words import PACKAGE, receive, send
-from .renderer import Request, Task, Ticket, render_frame
-from .scene import Scene
+from ...errors import Cancelled, GpuError
+from ...scene.records import Scene
+from ..gl.machine import Machine, chosen
+from ..renderer import Request, Task, Ticket, render_frame
+from .words import PACKAGE, receive, send
 
 PEER = "addon"  # the package's name in the other process
-EXTENSION = Path(__file__).resolve().parents[2]
+EXTENSION = Path(__file__).resolve().parents[3]
 CLOSE_S = 3.0  # the process may be killed: what it holds is its own
 
 
@@ -57,7 +57,7 @@ class _Child:
         libraries = [str(Path(module.__file__).parents[1]) for module in (moderngl, np)]  # Blender keeps the wheels where only it looks
         paths = [str(EXTENSION), *dict.fromkeys(libraries), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        command = [sys.executable, "-P", "-m", f"{PEER}.pipeline.remote_child", PACKAGE]  # -P: no code from the current folder
+        command = [sys.executable, "-P", "-m", f"{PEER}.pipeline.remote.child", PACKAGE]  # -P: no code from the current folder
         self.process = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.waiting: dict[int, tuple[Future, Ticket]] = {}
         self.is_over = False

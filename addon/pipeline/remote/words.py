@@ -9,7 +9,7 @@ import pickle
 import struct
 from typing import BinaryIO
 
-PACKAGE = __package__.rpartition(".")[0]
+PACKAGE = __package__.removesuffix(".pipeline.remote")
 _LENGTH = struct.Struct("<Q")
 
 

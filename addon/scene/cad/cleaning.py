@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pipeline.mesh_prep import Defects, drawable
+from ..mesh_prep import Defects, drawable
 from .raw import RawPiece
 
 COARSE = 1e-4

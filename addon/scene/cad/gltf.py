@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...errors import CadFileError
 from ..cad_model import CadMaterial
-from ..errors import CadFileError
 from .colors import rgba
 from .companions import Buffers
 from .raw import RawFile, RawNode, RawPiece

@@ -7,9 +7,9 @@ import re
 import struct
 from pathlib import Path
 
-from ..errors import CadFileError
-from ..plain_text import shown_name
-from ..user_files import opened
+from ...errors import CadFileError
+from ...studies.plain_text import shown_name
+from ...studies.user_files import opened
 
 SUFFIXES = (".glb", ".gltf", ".stl", ".obj", ".ply", ".off", ".3mf", ".step", ".stp")
 SAME = {".stp": ".step"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from ..errors import CadFileError
+from ...errors import CadFileError
 from .gltf import read_glb_bytes
 from .raw import RawFile
 

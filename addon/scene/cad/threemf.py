@@ -8,9 +8,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from ...errors import CadFileError
+from ...studies.plain_text import shown_name
 from ..cad_model import CadMaterial
-from ..errors import CadFileError
-from ..plain_text import shown_name
 from .colors import linear_from_srgb
 from .raw import RawFile, RawNode, RawPiece
 

@@ -7,8 +7,8 @@ from math import ceil, log10
 
 import numpy as np
 
+from ...errors import SettingsError
 from ..cad_model import CadMaterial, CadMesh, CadModel, CadPart
-from ..errors import SettingsError
 from .parts import BAY, CATALOGUE, COLORS, PIPE_RADII, STOREY, Detail
 from .shapes import Solid
 

@@ -1,7 +1,7 @@
 """Advice: which warp, partition, fit and map size suit a scene, its cameras and a budget of texels; or the least budget for a wanted error.
 
 The theory prunes the combinations, measurement decides: the exact error m of every visible point under each of them, and in the end a real
-picture of the proposal. No bpy; `cli_advise.py` and `operators/advise.py` bring the frames.
+picture of the proposal. No bpy; `cli/commands/advise.py` and `operators/advise.py` bring the frames.
 """
 
 from .goal import Goal

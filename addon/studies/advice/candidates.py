@@ -1,4 +1,5 @@
-"""The combinations that can be advised, what the theory says of each, and their neighbours. Sources: T4 §4.2–4.3 through `maths.theory`."""
+"""The combinations that can be advised, what the theory says of each, and their neighbours. Sources: T4 §4.2–4.3 through
+`maths.error.theory`."""
 
 from __future__ import annotations
 
@@ -6,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, log, pi
 
-from ..maths.choices import FITS, WARPS, PartitionChoice
-from ..maths.errors import max_beam_error_z, max_error_x, side_face_maxima
-from ..maths.warped_map import WarpedMap, partition_maps
-from ..pipeline.settings import Settings
+from ...maths.choices import FITS, WARPS, PartitionChoice
+from ...maths.error.aliasing import max_beam_error_z, max_error_x, side_face_maxima
+from ...maths.error.warped_map import WarpedMap, partition_maps
+from ...settings.groups import Settings
 
 COUNTS = {
     "z-log": (2, 3, 4, 6, 8),

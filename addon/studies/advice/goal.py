@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import ceil, isqrt, sqrt
 
-from ..maths.choices import require
+from ...maths.choices import require
 
 SMALLEST_MAP, LARGEST_MAP = 16, 8192
 GRAIN = 8  # map sizes are multiples of this

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..maths.choices import LOG_WARPS
-from ..maths.errors import error_statistics
-from ..maths.projection import ShadowPlan
-from ..pipeline.settings import Settings
+from ...maths.choices import LOG_WARPS
+from ...maths.error.aliasing import error_statistics
+from ...maths.shadow.projection import ShadowPlan
+from ...settings.groups import Settings
 from .candidates import Candidate, all_candidates, candidate_of, neighbours, predicted, pruned
 from .goal import LARGEST_MAP, Goal
 from .shots import Shot, statistics

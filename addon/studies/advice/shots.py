@@ -1,6 +1,6 @@
 """One frame as the advice sees it: its visible points that face the light, from a small picture, and their errors under any combination.
 
-m is computed from exact Jacobians (`maths.measure`, the oracle of the shader) at the points, in pixels of the full picture: the same
+m is computed from exact Jacobians (`maths.error.measure`, the oracle of the shader) at the points, in pixels of the full picture: the same
 numbers as the `aliasing` pass gives there, without drawing the maps. Surfaces turned from the light are dark whatever the map holds, so
 they do not count.
 """
@@ -12,14 +12,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import SceneError
-from ..job import Job, run
-from ..maths.errors import aliasing_statistics
-from ..maths.fit import plan_shadows
-from ..maths.lookup import towards_light
-from ..maths.measure import aliasing
-from ..maths.projection import ShadowPlan
-from ..pipeline.settings import Settings
+from ...errors import SceneError
+from ...maths.error.aliasing import aliasing_statistics
+from ...maths.error.measure import aliasing
+from ...maths.shadow.fit import plan_shadows
+from ...maths.shadow.lookup import towards_light
+from ...maths.shadow.projection import ShadowPlan
+from ...settings.groups import Settings
+from ..run import Job, run
 
 PICTURE_PIXELS = 16_000
 POINTS = 6_000
@@ -117,7 +117,7 @@ def _quick(settings: Settings) -> Settings:
 
 def _seen(depth: np.ndarray, job: Job) -> tuple[np.ndarray, np.ndarray]:
     """(h, w) where there is a surface, rows from the bottom up, and its (P, 3) points."""
-    from ..pipeline.gbuffer_pass import surface_points_ws  # loads OpenGL
+    from ...pipeline.passes.gbuffer import surface_points_ws  # loads OpenGL
 
     seen = np.isfinite(depth[::-1])
     return seen, surface_points_ws(np.where(seen, depth[::-1], np.float32(0.0)), job.camera)

@@ -13,17 +13,17 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from .job import queue_task
-from .pipeline.scene import Mark, Scene
+from ...scene.records import Mark, Scene
+from ..run import queue_task
 
 if TYPE_CHECKING:
-    from .errors import GpuError, SceneError
-    from .job import Job
-    from .maths.relief import CaptureFrame
-    from .pipeline.baked_impostor import BakedImpostor
-    from .pipeline.frame import Frame
-    from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup
-    from .pipeline.settings import ImpostorSettings
+    from ...errors import GpuError, SceneError
+    from ...maths.relief.warp import CaptureFrame
+    from ...pipeline.frame import Frame
+    from ...pipeline.impostors.baked import BakedImpostor
+    from ...pipeline.impostors.life import ImpostorChoice, ImpostorGroup
+    from ...settings.groups import ImpostorSettings
+    from ..run import Job
 
 ALL_AT_ONCE = 10000
 TRIANGLE_NS, PIXEL_NS = 60.0, 150.0
@@ -43,7 +43,7 @@ def groups_of(scene: Scene) -> tuple[ImpostorGroup, ...]:
 
 
 def _found(scene: Scene) -> tuple[ImpostorGroup, ...]:
-    from .pipeline.impostor_life import ImpostorGroup
+    from ...pipeline.impostors.life import ImpostorGroup
 
     members: dict[Mark, list[int]] = {}
     for object_id, mark in enumerate(scene.marks):
@@ -54,7 +54,7 @@ def _found(scene: Scene) -> tuple[ImpostorGroup, ...]:
 
 def whole(scene: Scene, name: str) -> tuple[ImpostorGroup, ...]:
     """The whole scene as one impostor."""
-    from .pipeline.impostor_life import ImpostorGroup
+    from ...pipeline.impostors.life import ImpostorGroup
 
     return (ImpostorGroup(Mark("scene", 0, name=name), tuple(range(len(scene.object_names))), name),)
 
@@ -80,9 +80,9 @@ def choice_for(
     regenerate: frozenset[Hashable] = frozenset(),
 ) -> ImpostorChoice:
     """The choice for given groups; `exact` also computes the predictor whose cost grows with the texture."""
-    from .maths.relief_frame import CaptureChoice
-    from .maths.relief_life import LifeSettings
-    from .pipeline.impostor_life import ImpostorChoice
+    from ...maths.relief.frame import CaptureChoice
+    from ...maths.relief.life import LifeSettings
+    from ...pipeline.impostors.life import ImpostorChoice
 
     fresh = fresh and settings.use == "automatic"
     life = LifeSettings(
@@ -124,7 +124,7 @@ def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> l
 
 def baking(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> Future[list[BakedImpostor | SceneError | GpuError]]:
     """The same, not waited for."""
-    from .pipeline.impostor_bake import bake_all
+    from ...pipeline.bake import bake_all
 
     return queue_task(bake_all, job, choice_for(groups, job.settings.impostor), unlit)
 

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .images.exr import encode_exr
-from .images.png import encode_png
-from .images.srgb import srgb
-from .maths.relief import CaptureFrame
-from .maths.relief_edges import ReliefEdges
-from .outputs import write_bytes, write_json
-from .pipeline.baked_impostor import BakedImpostor
-from .pipeline.scene import Scene
+from ...images.exr import encode_exr
+from ...images.png import encode_png
+from ...images.srgb import srgb
+from ...maths.relief.edges import ReliefEdges
+from ...maths.relief.warp import CaptureFrame
+from ...pipeline.impostors.baked import BakedImpostor
+from ...scene.records import Scene
+from ..outputs import write_bytes, write_json
 
 FORMAT, VERSION = "cad-shadow-impostor", 1
 HOW = (

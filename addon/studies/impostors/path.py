@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .default_view import corners, depth_range
-from .job import Job, run
-from .maths.relief_picture import PictureErrors, picture_errors
-from .pipeline.scene import Mark, Scene
-from .report import impostor_row, known
-from .views import Lens
+from ...maths.relief.picture import PictureErrors, picture_errors
+from ...scene.asked_view import Lens
+from ...scene.default_view import corners, depth_range
+from ...scene.records import Mark, Scene
+from ..report import impostor_row, known
+from ..run import Job, run
 
 if TYPE_CHECKING:
-    from .pipeline.impostor_life import ImpostorChoice, ImpostorGroup, ImpostorReport
+    from ...pipeline.impostors.life import ImpostorChoice, ImpostorGroup, ImpostorReport
 
 FRAME_KEYS = (
     "index",

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .maths.relief_edges import ReliefEdges
-    from .pipeline.impostor_life import ImpostorReport
+    from ...maths.relief.edges import ReliefEdges
+    from ...pipeline.impostors.life import ImpostorReport
 
 STATES = {
     "sprite": "As captured",

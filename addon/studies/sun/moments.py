@@ -8,11 +8,11 @@ from math import degrees
 
 import numpy as np
 
-from .errors import SettingsError
-from .maths.choices import require
-from .maths.sun_position import RISEN_RAD, Clock, Place, daylight, direction_ws, horizontal, refracted
-from .maths.view import Light
-from .pipeline.settings import Settings
+from ...errors import SettingsError
+from ...maths.choices import require
+from ...maths.sun import RISEN_RAD, Clock, Place, daylight, direction_ws, horizontal, refracted
+from ...maths.view import Light
+from ...settings.groups import Settings
 
 DEFAULT_STEPS = 9
 

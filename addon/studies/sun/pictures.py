@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from .images.contact_sheet import TILE, contact_sheet, fitted
-from .job import Cancels, Job, Progress, run
-from .sun_study import Moment
+from ...images.contact_sheet import TILE, contact_sheet, fitted
+from ..run import Cancels, Job, Progress, run
+from .moments import Moment
 
 
 def job_at(job: Job, moment: Moment) -> Job:

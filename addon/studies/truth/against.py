@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from .errors import Cancelled, SceneError
-from .job import Cancels, Outcome
-from .truth import TruthTracer, compare
+from ...errors import Cancelled, SceneError
+from ..run import Cancels, Outcome
+from . import TruthTracer, compare
 
 
 def against_truth(outcome: Outcome, is_given_up: Cancels = lambda: False) -> np.ndarray:
     """Trace the outcome's view, add the contract's `truth` to its report, and return the difference image (h, w, 3) uint8.
 
-    The frame must have `addon.truth.compare.COMPARED_PASSES`. Seconds per million triangles and per million pixels; any thread.
+    The frame must have `addon.studies.truth.compare.COMPARED_PASSES`. Seconds per million triangles and per million pixels; any thread.
     Raises `SceneError` without a light, or where the picture shows other surfaces than the scene has (impostors); `Cancelled` some
     milliseconds after `is_given_up()`, which is asked again and again, has become True.
     """

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..errors import SettingsError
+from ...errors import SettingsError
 
 ROWS_AT_ONCE = 10_000  # some milliseconds
 

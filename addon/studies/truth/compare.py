@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import SceneError
-from ..maths import comparison
-from ..maths.choices import require
-from ..maths.projection import ShadowPlan
-from ..maths.view import Camera, Light
-from ..pipeline.frame import Frame
-from ..pipeline.scene import Scene
-from ..pipeline.settings import Settings
+from ...errors import SceneError
+from ...maths.choices import require
+from ...maths.error import comparison
+from ...maths.shadow.projection import ShadowPlan
+from ...maths.view import Camera, Light
+from ...pipeline.frame import Frame
+from ...scene.records import Scene
+from ...settings.groups import Settings
 from .footprint import texel_extent_px
 from .tracer import Truth, TruthTracer
 
 if TYPE_CHECKING:
-    from ..pipeline.renderer import Renderer
+    from ...pipeline.renderer import Renderer
 
 COMPARED_PASSES = ("shadow", "depth", "object", "partition")
 SAME_SURFACE = 1e-3

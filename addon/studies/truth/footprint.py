@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..maths.projection import ShadowPlan, ShadowProjection
-from ..maths.view import Camera
+from ...maths.shadow.projection import ShadowPlan, ShadowProjection
+from ...maths.view import Camera
 from .tracer import Truth, pixel_rays
 
 STEP_PX = 0.25

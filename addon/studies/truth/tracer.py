@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..maths.choices import require_choice
-from ..maths.view import Camera, Light
-from ..pipeline.scene import Scene
+from ...maths.choices import require_choice
+from ...maths.view import Camera, Light
+from ...scene.records import Scene
 from .backends import BACKENDS, Backend
 from .triangles import WorldTriangles, world_triangles
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..pipeline.scene import Scene
+from ...scene.records import Scene
 
 FLOAT32_EPSILON = float(np.finfo(np.float32).eps)
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.maths.errors import (
+from addon.maths.error.aliasing import (
     aliasing_statistics,
     base_error_log_t,
     base_error_s,
@@ -26,8 +26,8 @@ from addon.maths.errors import (
     storage_factor_parallel,
     storage_factor_z,
 )
-from addon.maths.warped_map import WarpedMap
-from addon.maths.warps import lispsm_parameter
+from addon.maths.error.warped_map import WarpedMap
+from addon.maths.shadow.warps import lispsm_parameter
 from tests.margins import agree, at_most
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, depths, pyramid_depth, pyramid_w, pyramid_width, views
 

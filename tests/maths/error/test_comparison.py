@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths import comparison
-from addon.maths.comparison import Cracks
+from addon.maths.error import comparison
+from addon.maths.error.comparison import Cracks
 from tests.margins import agree
 
 seeds = st.integers(0, 2**32 - 1)

@@ -5,12 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths import lookup, measure, spaces
+from addon.maths import spaces
 from addon.maths.choices import WARPS
+from addon.maths.error import measure
+from addon.maths.shadow import lookup
+from addon.maths.shadow.warps import warp_depth
 from addon.maths.view import Light
-from addon.maths.warps import warp_depth
 from tests.margins import agree
-from tests.maths.fit_rigs import IMAGE, camera_at, plan_of, receivers_on, sun_at, unit
+from tests.maths.shadow.fit_rigs import IMAGE, camera_at, plan_of, receivers_on, sun_at, unit
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
 SIZE = 512

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from addon.errors import SettingsError
 from addon.maths.choices import PARTITIONS, WARPS, PartitionChoice, WarpChoice
-from addon.maths.errors import error_x, error_z
-from addon.maths.seams import seams
-from addon.maths.theory import text_report, theory
-from addon.maths.warped_map import partition_maps
+from addon.maths.error.aliasing import error_x, error_z
+from addon.maths.error.seams import seams
+from addon.maths.error.theory import text_report, theory
+from addon.maths.error.warped_map import partition_maps
 from tests.margins import agree, at_most
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, views
 

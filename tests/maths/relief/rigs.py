@@ -4,8 +4,8 @@ from math import tan
 
 import numpy as np
 
-from addon.maths.relief import CaptureFrame, pixel_from_clip, relief_from_depth
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.warp import CaptureFrame, pixel_from_clip, relief_from_depth
 from addon.maths.view import Camera
 
 IMAGE = (640, 480)

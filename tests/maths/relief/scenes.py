@@ -4,10 +4,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from addon.maths.relief import CaptureFrame
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.warp import CaptureFrame
 from addon.maths.view import Camera
-from tests.maths.relief_rigs import corners, look_at
+from tests.maths.relief.rigs import corners, look_at
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief_ahead import SHARES, ahead_of, next_share
-from addon.maths.relief_frame import capture_frame
+from addon.maths.relief.ahead import SHARES, ahead_of, next_share
+from addon.maths.relief.frame import capture_frame
 from addon.maths.spaces import divide, look_at, perspective, rotation, transform
 from addon.maths.view import Camera
 from tests.margins import agree, at_most

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief_beta import beta_screen, betas
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.beta import beta_screen, betas
+from addon.maths.relief.frame import CaptureChoice, capture_frame
 from tests.margins import agree
-from tests.maths.relief_rigs import HALF_FOV, IMAGE, capture_of, corners, homography_of_quad, hull_of, look_at, ortho_at, random_eye
+from tests.maths.relief.rigs import HALF_FOV, IMAGE, capture_of, corners, homography_of_quad, hull_of, look_at, ortho_at, random_eye
 
 BOX = corners([-1, -1, -1], [1, 1, 1])
 

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SceneError
-from addon.maths.relief_carry import carried, carries
-from addon.maths.relief_edges import ReliefEdges, relief_edges
-from addon.maths.relief_error import EXACT, PREDICTORS, predict_one
-from addon.maths.relief_frame import CaptureChoice
+from addon.maths.relief.carry import carried, carries
+from addon.maths.relief.edges import ReliefEdges, relief_edges
+from addon.maths.relief.error import EXACT, PREDICTORS, predict_one
+from addon.maths.relief.frame import CaptureChoice
 from addon.maths.view import Camera
 from tests.margins import agree
-from tests.maths.relief_rigs import look_at, random_eye
-from tests.maths.relief_scenes import Capture, Solids, capture, machine, orbit
+from tests.maths.relief.rigs import look_at, random_eye
+from tests.maths.relief.scenes import Capture, Solids, capture, machine, orbit
 
 SIZE = (200, 150)
 ZOOM = 2.5

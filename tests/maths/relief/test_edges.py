@@ -4,11 +4,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief import relief_from_depth, shift_unit
-from addon.maths.relief_edges import SHIFTS, EdgeChoice, directional_sums, relief_edges
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.edges import SHIFTS, EdgeChoice, directional_sums, relief_edges
+from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.warp import relief_from_depth, shift_unit
 from tests.margins import agree
-from tests.maths.relief_rigs import IMAGE, capture_of, hull_of
+from tests.maths.relief.rigs import IMAGE, capture_of, hull_of
 
 
 def _texture(rng: np.random.Generator):

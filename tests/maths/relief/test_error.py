@@ -8,16 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SceneError, SettingsError
-from addon.maths.relief import (
-    eye_in_plane,
-    relief_warp,
-)
-from addon.maths.relief_edges import EdgeChoice, relief_edges
-from addon.maths.relief_error import EXACT, PREDICTORS, predict, predict_one, relief_set
-from addon.maths.relief_frame import CaptureChoice, capture_frame
-from addon.maths.relief_outline import hull_pieces
+from addon.maths.relief.edges import EdgeChoice, relief_edges
+from addon.maths.relief.error import EXACT, PREDICTORS, predict, predict_one, relief_set
+from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.outline import hull_pieces
+from addon.maths.relief.warp import eye_in_plane, relief_warp
 from tests.margins import agree, at_most
-from tests.maths.relief_rigs import (
+from tests.maths.relief.rigs import (
     IMAGE,
     apply_homography,
     capture_of,
@@ -29,7 +26,7 @@ from tests.maths.relief_rigs import (
     project_texels,
     random_eye,
 )
-from tests.maths.relief_scenes import Solids, capture, machine, orbit, unseen_pixels
+from tests.maths.relief.scenes import Solids, capture, machine, orbit, unseen_pixels
 
 SMALL = CaptureChoice(max_texels=24)
 

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SceneError, SettingsError
-from addon.maths.relief import relief_warp
-from addon.maths.relief_frame import BOX_FACES, CaptureChoice, box_area, capture_frame, tilt_rad, visible_extent
+from addon.maths.relief.frame import BOX_FACES, CaptureChoice, box_area, capture_frame, tilt_rad, visible_extent
+from addon.maths.relief.warp import relief_warp
 from tests.margins import agree, at_most
-from tests.maths.relief_rigs import (
+from tests.maths.relief.rigs import (
     HALF_FOV,
     IMAGE,
     capture_of,

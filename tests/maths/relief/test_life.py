@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SettingsError
-from addon.maths.relief_beta import Betas
-from addon.maths.relief_error import PREDICTORS
-from addon.maths.relief_life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide, share_wrong
+from addon.maths.relief.beta import Betas
+from addon.maths.relief.error import PREDICTORS
+from addon.maths.relief.life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide, share_wrong
 
 RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, sprite_px=1.0, memory_bytes=1000)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from addon.maths.relief_picture import C1, C2, WINDOW, picture_errors, psnr_db, ssim_map
+from addon.maths.relief.picture import C1, C2, WINDOW, picture_errors, psnr_db, ssim_map
 
 
 def test_ssim_is_wangs_formula_window_by_window(rng):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from addon.errors import SceneError, SettingsError
 from addon.maths import spaces
-from addon.maths.relief_views import nearest_views, view_camera, view_directions
+from addon.maths.relief.views import nearest_views, view_camera, view_directions
 from addon.maths.view import Camera
 from tests.margins import agree
 

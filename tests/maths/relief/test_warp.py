@@ -6,15 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SceneError
-from addon.maths.relief import (
-    depth_from_relief,
-    eye_in_plane,
-    relief_from_depth,
-    relief_warp,
-)
-from addon.maths.relief_frame import capture_frame
+from addon.maths.relief.frame import capture_frame
+from addon.maths.relief.warp import depth_from_relief, eye_in_plane, relief_from_depth, relief_warp
 from tests.margins import agree, at_most
-from tests.maths.relief_rigs import (
+from tests.maths.relief.rigs import (
     IMAGE,
     apply_homography,
     capture_of,

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief import relief_from_depth, relief_warp
-from addon.maths.relief_edges import EdgeChoice, relief_edges
-from addon.maths.relief_error import EXACT, predict, predict_one, relief_set
-from addon.maths.relief_frame import CaptureChoice, capture_frame
+from addon.maths.relief.edges import EdgeChoice, relief_edges
+from addon.maths.relief.error import EXACT, predict, predict_one, relief_set
+from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.warp import relief_from_depth, relief_warp
 from tests.margins import agree
-from tests.maths.relief_rigs import IMAGE, capture_of, hull_of, ortho_at, project_texels, random_eye
-from tests.maths.relief_scenes import capture, machine, orbit
+from tests.maths.relief.rigs import IMAGE, capture_of, hull_of, ortho_at, project_texels, random_eye
+from tests.maths.relief.scenes import capture, machine, orbit
 
 
 def _blocks(rng: np.random.Generator, perspective: bool):

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from addon.maths import fit, lookup, spaces
+from addon.maths import spaces
 from addon.maths.choices import FitChoice, PartitionChoice, WarpChoice
+from addon.maths.shadow import fit, lookup
 from addon.maths.view import Camera, Light
 
 IMAGE = (320, 180)

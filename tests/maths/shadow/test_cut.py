@@ -4,11 +4,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.maths import cut
-from addon.maths.lookup import project, unproject
+from addon.maths.shadow import cut
+from addon.maths.shadow.lookup import project, unproject
 from addon.maths.spaces import transform
 from addon.maths.view import Light
-from tests.maths.fit_rigs import camera_at, plan_of, receivers_on, sun_at
+from tests.maths.shadow.fit_rigs import camera_at, plan_of, receivers_on, sun_at
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 20.0, 6.0]])
 

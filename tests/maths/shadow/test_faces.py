@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths import faces, lookup
+from addon.maths.shadow import faces, lookup
 from addon.maths.view import Light
 from tests.margins import at_most
-from tests.maths.fit_rigs import camera_at, plan_of, receivers_on, sun_at, texel_sizes, unit
+from tests.maths.shadow.fit_rigs import camera_at, plan_of, receivers_on, sun_at, texel_sizes, unit
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
 WARPS_TRIED = ("uniform", "psm", "lispsm-general", "log", "logpsm")

@@ -5,14 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths import lookup, spaces
+from addon.maths import spaces
 from addon.maths.choices import WARPS, FitChoice, PartitionChoice, WarpChoice
-from addon.maths.fit import plan_shadows
 from addon.maths.frusta import frustum_corners
+from addon.maths.shadow import lookup
+from addon.maths.shadow.fit import plan_shadows
+from addon.maths.shadow.warps import lispsm_general_parameter
 from addon.maths.view import Light
-from addon.maths.warps import lispsm_general_parameter
 from tests.margins import agree, at_most
-from tests.maths.fit_rigs import IMAGE, camera_at, casters_round, plan_of, receivers_on, sun_at, texel_sizes, unit
+from tests.maths.shadow.fit_rigs import IMAGE, camera_at, casters_round, plan_of, receivers_on, sun_at, texel_sizes, unit
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
 FITS = ("frustum", "scene", "samples")

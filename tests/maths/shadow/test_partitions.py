@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from addon.errors import SettingsError
 from addon.maths.choices import PARTITIONS, PartitionChoice
-from addon.maths.errors import max_error_z
-from addon.maths.partitions import split_distances
-from addon.maths.warped_map import WarpedMap
+from addon.maths.error.aliasing import max_error_z
+from addon.maths.error.warped_map import WarpedMap
+from addon.maths.shadow.partitions import split_distances
 from tests.margins import agree, at_most
 from tests.maths.views import reals, views
 

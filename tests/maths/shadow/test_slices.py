@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths import lookup
 from addon.maths.choices import CUTS, PartitionChoice
-from addon.maths.light_space import sun_space
-from addon.maths.measure import pixel_gradients, texel_gradients
-from addon.maths.partitions import split_distances
+from addon.maths.error.measure import pixel_gradients, texel_gradients
+from addon.maths.shadow import lookup
+from addon.maths.shadow.light_space import sun_space
+from addon.maths.shadow.partitions import split_distances
 from tests.margins import at_most
-from tests.maths.fit_rigs import IMAGE, camera_at, plan_of, sun_at
+from tests.maths.shadow.fit_rigs import IMAGE, camera_at, plan_of, sun_at
 
 BOUNDS = np.array([[-20.0, -20.0, 0.0], [20.0, 40.0, 8.0]])
 SCHEMES = ("z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive")

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SettingsError
-from addon.maths import spacing
 from addon.maths.choices import CONVERGENCES, WARPS, WarpChoice
-from addon.maths.crop import bent
-from addon.maths.errors import base_error_log_t, base_error_s, base_error_t, error_z, max_error_x, max_error_z
-from addon.maths.projection import LogWarp
-from addon.maths.warped_map import WarpedMap
-from addon.maths.warps import (
+from addon.maths.error.aliasing import base_error_log_t, base_error_s, base_error_t, error_z, max_error_x, max_error_z
+from addon.maths.error.warped_map import WarpedMap
+from addon.maths.shadow import spacing
+from addon.maths.shadow.crop import bent
+from addon.maths.shadow.projection import LogWarp
+from addon.maths.shadow.warps import (
     DIRECT_FADE_RAD,
     convergence,
     eta_from_parameter,

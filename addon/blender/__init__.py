@@ -1,0 +1,1 @@
+"""Blender's side: data read, settings kept, engine, viewport, panels, drawings on the screen."""

@@ -1,0 +1,1 @@
+"""Impostors in Blender's data: marks, what is chosen, planes."""

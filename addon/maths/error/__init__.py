@@ -1,0 +1,1 @@
+"""How wrong a map or a picture is: predicted, measured, compared. numpy only."""

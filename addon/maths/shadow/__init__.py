@@ -1,0 +1,1 @@
+"""Shadow maps: warps, partitions, fitting, and the definition of the shadow tests. numpy only."""

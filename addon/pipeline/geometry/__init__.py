@@ -1,0 +1,1 @@
+"""The scene on the GPU: pools, clusters, draw lists."""

@@ -1,0 +1,1 @@
+"""Relief impostors on the GPU: capture, life, drawing, shadows."""

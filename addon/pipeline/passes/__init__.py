@@ -1,0 +1,1 @@
+"""The passes of a picture: G-buffer, shadow maps, shading."""

@@ -1,0 +1,1 @@
+"""The renderer in a process of its own."""

@@ -1,0 +1,1 @@
+"""What is drawn: records, readers of CAD files, the sample deck. No bpy, no OpenGL."""

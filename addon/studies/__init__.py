@@ -1,0 +1,1 @@
+"""What is asked of pictures: run, report, write, compare, advise. No bpy."""

@@ -1,0 +1,1 @@
+"""Impostors as users ask for them: which, written to files, along a path."""

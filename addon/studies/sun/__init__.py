@@ -1,0 +1,1 @@
+"""The sun over a day: its moments and their pictures."""
