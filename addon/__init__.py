@@ -8,7 +8,7 @@ from __future__ import annotations
 import atexit
 from types import ModuleType
 
-from .blender.registering import attach, detach
+from .blender.registering import attach, detach, is_python_module
 
 
 def _parts() -> tuple[ModuleType, ...]:
@@ -33,11 +33,6 @@ def register() -> None:
     attach(_parts())
     if is_python_module(bpy.app):
         atexit.register(_detach_at_exit)
-
-
-def is_python_module(app: object) -> bool:
-    """Whether Blender, whose `bpy.app` is given, is a module of this Python and not a program of its own. Blender 4.3 cannot say it."""
-    return getattr(app, "module", not app.binary_path)
 
 
 def unregister() -> None:

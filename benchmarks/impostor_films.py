@@ -14,7 +14,9 @@ from addon.maths.relief.life import LifeSettings
 from addon.maths.relief.picture import psnr_db
 from addon.maths.view import Camera
 from addon.pipeline.device import device_of
-from addon.pipeline.impostors.life import CASTERS, ImpostorChoice, ImpostorGroup, ImpostorReport, library_of
+from addon.pipeline.frame import ImpostorReport
+from addon.pipeline.impostors.life import library_of
+from addon.pipeline.impostors.records import CASTERS, ImpostorChoice, ImpostorGroup
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Instances, Mesh, Scene
 from addon.settings.groups import Settings

@@ -39,7 +39,8 @@ Made by `python -m benchmarks.log_maps`; do not edit. One LogPSM map, `samples` 
 **×**: CPU time of the map pass over that of the linear pass of the same map (same matrix, same casters, without the logarithm), drawn in
 turn {ROUNDS} times, medians. **Different**: share of texels whose depth differs from that of a ray through the texel's centre (Embree) by
 more than {DIFFERENT:g} of the depth range; the linear map's own share beside it. Texels with a caster before the near plane, clamped to it,
-are left out. The edges of the pieces lie within `BEND_TEXELS` = {BEND_TEXELS:g} texels of their curves (`addon/pipeline/passes/log_map.py`).
+are left out. The edges of the pieces lie within `BEND_TEXELS` = {BEND_TEXELS:g} texels of their curves
+(`addon/pipeline/passes/log_map.py`).
 """
 
 

@@ -6,8 +6,8 @@ import tomllib
 
 import pytest
 
-from addon.cli.main import chosen_settings, overlaid
 from addon.cli.parser import build_parser, joined
+from addon.cli.settings_file import chosen_settings, overlaid
 from addon.settings.groups import Settings
 from addon.settings.options import OPTIONS
 from tests.conftest import ROOT

@@ -25,16 +25,17 @@ from ..images.passes import picture_of
 from ..images.whole import check_picture
 from ..maths.error.theory import theory as predict
 from ..maths.view import Camera, Light
+from ..pipeline.job import ENGINE_PASSES
 from ..scene.asked_view import Point
 from ..settings.groups import PASSES, Settings
 from ..settings.options import with_options
 from ..studies import outputs
-from ..studies.run import ENGINE_PASSES, Outcome
+from ..studies.run import Outcome
 from .impostors import Impostor, ImpostorPath, impostor_path, impostors
 from .view import View
 
 if TYPE_CHECKING:
-    from ..pipeline.impostors.life import ImpostorReport
+    from ..pipeline.frame import ImpostorReport
 
 __all__ = ["Impostor", "ImpostorPath", "Preview", "analyse", "impostor_path", "impostors", "preview", "theory"]
 ALL_PASSES = tuple(name for name in PASSES if name != "texel")

@@ -11,16 +11,17 @@ import numpy as np
 
 from ..blender.impostors.chosen import Chosen
 from ..blender.impostors.plane import make_plane
-from ..blender.rendering import Request, read
+from ..blender.rendering import animated, read
+from ..blender.request import Request
 from ..blender.snapshot import marked_instead
 from ..errors import SceneError, UserError
 from ..maths.relief.warp import CaptureFrame
 from ..pipeline.impostors.baked import BakedImpostor
+from ..pipeline.job import Job
 from ..studies.impostors.asked import baked, choice_for
 from ..studies.impostors.files import critical_points, metadata, write_impostor
 from ..studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
 from ..studies.outputs import write_bytes
-from ..studies.run import Job
 from .view import View
 
 _VIEW = tuple(field.name for field in fields(View))
@@ -159,17 +160,6 @@ def impostor_path(
         else:
             jobs = animated(scene, request, *frames)
         return ImpostorPath(tuple(walk(jobs, chosen.groups, choice_for(groups, first.settings.impostor, exact=True))))
-
-
-def animated(scene: bpy.types.Scene, request: Request, first: int, last: int) -> Iterator[tuple[float, Job]]:
-    """(frame, job) of every frame of the animation as a render sees it. The scene's frame is put back."""
-    kept = scene.frame_current
-    try:
-        for frame in range(first, last + 1):
-            scene.frame_set(frame)
-            yield frame, read(scene, request)
-    finally:
-        scene.frame_set(kept)
 
 
 def _request(scene: bpy.types.Scene, arguments: dict[str, object]) -> Request:

@@ -8,7 +8,7 @@ from math import radians
 import bpy
 
 from ..blender.properties import settings_from
-from ..blender.rendering import Request
+from ..blender.request import Request
 from ..scene.asked_view import Lens, Point, camera_maker, light_maker
 from ..settings.combinations import idle
 from ..settings.options import with_options

@@ -11,9 +11,10 @@ import numpy as np
 
 from ..errors import UserError
 from ..pipeline.frame import Frame
-from ..studies.run import Job, Outcome, run
+from ..pipeline.job import Job
+from ..studies.run import Outcome, run
 from . import session, sources
-from .rendering import ENGINE, Request, active_request
+from .request import ENGINE, Request, active_request
 from .viewport import LiveView
 
 # our pass → Blender's pass: name, channels, channel ids, type

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ..errors import OutputError
-from ..scene.cad.colors import linear_from_srgb
+from ..images.srgb import linear_from_srgb
 from . import own_images
 from .rendering import file_format
 

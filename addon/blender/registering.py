@@ -47,3 +47,8 @@ def _detached(parts: Iterable[Part]) -> list[BaseException]:
         except BaseException as error:  # the others must be tried too; raised by the caller
             errors.append(error)
     return errors
+
+
+def is_python_module(app: object) -> bool:
+    """Whether Blender, whose `bpy.app` is given, is a module of this Python and not a program of its own. Blender 4.3 cannot say it."""
+    return getattr(app, "module", not app.binary_path)

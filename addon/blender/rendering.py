@@ -8,63 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 
 from ..errors import Cancelled, OutputError, SceneError, UserError
-from ..maths.view import Camera
-from ..scene.asked_view import CameraMaker, Lens, LightMaker
-from ..scene.default_view import camera_for_view
-from ..scene.records import Scene
-from ..settings.groups import Settings
+from ..pipeline.job import Job
 from ..studies import stopping
 from ..studies.plain_text import shown_name
-from ..studies.run import ENGINE_PASSES, Job, Outcome
+from ..studies.run import Outcome
+from .request import ENGINE, NO_CAMERA, Request, active, isometric
 
-ENGINE = "CAD_SHADOW_PREVIEW"
 NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"
 LONGEST_PATH = 1000
 """Bytes of a path that Blender takes whole (it cuts at 1024)."""
-NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
-
-
-@dataclass(eq=False)
-class Request:
-    """What a caller of `render` wants of the engine; the engine fills in `outcome` or `error`.
-
-    None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
-    `lens` changes whatever camera it is. `is_drawing`: the camera is a standard view, to be lit as drawings are. With `reads_only` the
-    engine notes the `job` and draws nothing.
-    """
-
-    name: str
-    passes: tuple[str, ...] = ENGINE_PASSES
-    camera: CameraMaker | None = None
-    light: LightMaker | None = None
-    settings: Settings | None = None
-    lens: Lens = Lens()
-    size: tuple[int, int] | None = None
-    warnings: tuple[str, ...] = ()
-    is_drawing: bool = False
-    reads_only: bool = False
-    job: Job | None = field(default=None, init=False)
-    outcome: Outcome | None = field(default=None, init=False)
-    error: UserError | None = field(default=None, init=False)
-
-
-def isometric(scene: Scene, size: tuple[int, int]) -> Camera:
-    """The view of a scene that has no camera."""
-    return camera_for_view(scene, size, "iso")
-
-
-_requests: list[Request] = []
-
-
-def active_request() -> Request | None:
-    """The request being rendered, None for a plain F12."""
-    return _requests[-1] if _requests else None
 
 
 def render(scene: bpy.types.Scene, request: Request, write_to: Path | None = None) -> Outcome:
@@ -91,15 +49,12 @@ def _through_the_engine(scene: bpy.types.Scene, request: Request, write_to: Path
     """Have Blender call the engine with `request` active."""
     if scene.camera is None and request.camera is None:
         request.camera, request.warnings = isometric, (*request.warnings, NO_CAMERA)
-    with _borrowed(scene, request.size, write_to):
-        _requests.append(request)
+    with _borrowed(scene, request.size, write_to), active(request):
         try:
             with stopping.held():
                 bpy.ops.render.render(write_still=write_to is not None, scene=scene.name)
         except RuntimeError as error:
             raise request.error or _unwritten(request, write_to, str(error)) from error
-        finally:
-            _requests.pop()
 
 
 def _unwritten(request: Request, path: Path | None, message: str) -> UserError:
@@ -186,3 +141,14 @@ def file_format(scene: bpy.types.Scene, path: Path | None) -> Iterator[None]:
             image.file_format, image.color_mode = wanted, "RGBA"
             image.color_depth = "32" if wanted == "OPEN_EXR" else "8"
         yield
+
+
+def animated(scene: bpy.types.Scene, request: Request, first: int, last: int) -> Iterator[tuple[float, Job]]:
+    """(frame, job) of every frame of the animation as a render sees it. The scene's frame is put back."""
+    kept = scene.frame_current
+    try:
+        for frame in range(first, last + 1):
+            scene.frame_set(frame)
+            yield frame, read(scene, request)
+    finally:
+        scene.frame_set(kept)

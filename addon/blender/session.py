@@ -14,7 +14,7 @@ from . import sources
 from .changes import stamp_of
 
 if TYPE_CHECKING:
-    from ..pipeline.impostors.life import ImpostorReport
+    from ..pipeline.frame import ImpostorReport
 
 LOAD_AFTER_S = 1.0
 

@@ -12,15 +12,16 @@ import bpy
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
+from ..pipeline.job import ENGINE_PASSES, Job
 from ..scene.asked_view import sun_from
 from ..scene.default_view import default_sun, world_sun
 from ..scene.local_origin import based_near
 from ..scene.records import Scene
 from ..settings.groups import Settings
 from ..studies.impostors.asked import choice_of
-from ..studies.run import ENGINE_PASSES, Job, on_worker
+from ..studies.run import on_worker
 from .properties import settings_from
-from .rendering import NO_CAMERA, Request, active_request, isometric
+from .request import NO_CAMERA, Request, active_request, isometric
 from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
@@ -50,8 +51,8 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     else:
         camera, camera_warnings = _scene_camera(blender_scene, depsgraph, size, scene)
     camera = request.lens.on(camera)
-    light, light_warnings = _light(blender_scene.cad_shadow, scene, camera, request)
-    settings = _with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
+    light, light_warnings = light_for(blender_scene.cad_shadow, scene, camera, request)
+    settings = with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
     warnings = (*request.warnings, *scene.warnings, *camera_warnings, *light_warnings)
     passes = tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes)))
     scene, camera, light = based_near(scene, camera, light)
@@ -123,7 +124,7 @@ class ViewReading:
         """The job, with the view and the settings of now. Raises `SceneError` for an empty scene, a missing light or camera."""
         scene = self.scene(context)
         camera, size, camera_warnings = _view_camera(context, scene)
-        light, light_warnings = _light(context.scene.cad_shadow, scene, camera)
+        light, light_warnings = light_for(context.scene.cad_shadow, scene, camera)
         settings = settings_of(context.scene)
         scene, camera, light = based_near(scene, camera, light)
         return Job(
@@ -160,69 +161,6 @@ def _view_camera(context: bpy.types.Context, scene: Scene) -> tuple[Camera, tupl
     return camera_from_region(rv3d, area.spaces.active, scene.origin_ws, size), size, ()
 
 
-class LiveScene:
-    """The scene a live view shows, read anew only after a change, and replaced only when the content differs.
-
-    Blender's part of the reading happens here, on the main thread, in slices; the rest, which for big new meshes takes long, on the
-    worker. Until it is done the scene stays what it was.
-    """
-
-    def __init__(self) -> None:
-        self._scene: Scene | None = None
-        self._fingerprint = b""
-        self._is_stale = True
-        self.is_unfinished = False  # Blender's part takes more slices: `job` has to be called again
-        self._reading: tuple[Collected, Future[tuple[Scene, bytes]]] | None = None
-
-    def mark_changed(self) -> None:
-        """The next `job` reads again."""
-        self._is_stale = True
-
-    @property
-    def is_read(self) -> bool:
-        """True when the worker has finished a scene that `job` has not used yet."""
-        return self._reading is not None and self._reading[1].done()
-
-    def job(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> Job | None:
-        """The job of this viewport as it is now, None before the first scene is read; cheap when only the view moved."""
-        region, space = context.region, context.space_data
-        size = (region.width, region.height)
-        self._take_over()
-        if self._is_stale and self._reading is None:
-            crease = depsgraph.scene.cad_shadow.crease_angle
-            collected = view_reader.collect(depsgraph, crease_angle_rad=crease, space=space, seconds=SLICE_S)
-            self._is_stale = self.is_unfinished = collected is None
-            if collected is not None:
-                collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
-                self._reading = collected, on_worker(lambda: _finished(collected))
-        if self._scene is None:
-            return None
-        camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
-        light, _ = _light(depsgraph.scene.cad_shadow, self._scene, camera)
-        settings = settings_of(depsgraph.scene)
-        self._scene, camera, light = based_near(self._scene, camera, light)
-        impostors = choice_of(self._scene, settings.impostor)
-        return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False, impostors=impostors)
-
-    def _take_over(self) -> None:
-        """Use the scene that the worker has finished, if it has."""
-        if not self.is_read:
-            return
-        (collected, future), self._reading = self._reading, None
-        if future.cancelled():
-            self._is_stale = True
-            return
-        scene, fingerprint = future.result()
-        view_reader.take(collected)
-        if fingerprint != self._fingerprint:
-            self._scene, self._fingerprint = scene, fingerprint
-
-
-def _finished(collected: Collected) -> tuple[Scene, bytes]:
-    scene = collected.scene()
-    return scene, scene.fingerprint
-
-
 def _read(
     reader: SceneReader, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], space: bpy.types.SpaceView3D | None = None
 ) -> tuple[Scene, float]:
@@ -246,7 +184,9 @@ def _scene_camera(
     return camera_from_object(active.evaluated_get(depsgraph), depsgraph, size, scene.origin_ws), ()
 
 
-def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request: Request | None = None) -> tuple[Light, tuple[str, ...]]:
+def light_for(
+    props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request: Request | None = None
+) -> tuple[Light, tuple[str, ...]]:
     """The one light that casts shadows, and a warning when it had to be made up or others are left out.
 
     One that is made up stands in the world. Only the standard views, which are drawings rather than places, have one each.
@@ -271,10 +211,10 @@ def _light(props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request
 
 def settings_of(blender_scene: bpy.types.Scene) -> Settings:
     """The settings that pictures of this scene are made with. Raises `SettingsError`."""
-    return _with_film(settings_from(blender_scene.cad_shadow), blender_scene)
+    return with_film(settings_from(blender_scene.cad_shadow), blender_scene)
 
 
-def _with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:
+def with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:
     """Film > Transparent makes the background transparent, as in every engine."""
     if not blender_scene.render.film_transparent:
         return settings

@@ -22,9 +22,11 @@ from mathutils import Matrix
 from ..errors import Cancelled, UserError
 from ..maths.shadow.projection import ShadowPlan
 from ..pipeline.frame import Frame
-from ..studies.run import Job, Pending, libraries_ready
-from . import session, sources
-from .rendering import ENGINE
+from ..pipeline.job import Job
+from ..studies.run import Pending, libraries_ready
+from . import session
+from .live_scene import LiveScene
+from .request import ENGINE
 from .textures import texture_of
 
 COARSE = 2  # pixels and map texels per side are divided by this while the view moves
@@ -58,7 +60,7 @@ class LiveView:
 
     def __init__(self) -> None:
         self.message = ""
-        self._scene = sources.LiveScene()
+        self._scene = LiveScene()
         self._pending: tuple[Wish, Pending] | None = None
         self._shown: Wish | None = None
         self._image: np.ndarray | None = None

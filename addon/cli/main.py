@@ -8,25 +8,23 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
-from ..errors import SettingsError, UserError
-from ..settings.combinations import idle, named
-from ..settings.groups import Settings
-from ..settings.options import with_options
+from ..errors import UserError
 from ..studies.outputs import check_target, json_text, recorded, run_of_results, write_json
 from ..studies.stopping import heeded
 from ..studies.terminal import Closed, complain, flushed, make_ready, told
-from ..studies.user_files import read_bytes, run_of_inputs
+from ..studies.user_files import run_of_inputs
+from .commands.theory import theory_command
+from .exit_codes import DONE, FAILED, MISUSED
 from .inputs import claim_results, report_mistake, run_inputs, run_worker
 from .parser import build_parser, joined
 from .parser_impostors import path_mistake
+from .settings_file import read_settings
 
-DONE, FAILED, MISUSED = 0, 1, 2
 BENCH_TRIANGLES = 1_000_000
 MOST_SETTINGS = 1 << 20
 
@@ -79,85 +77,6 @@ def _mistake(args: argparse.Namespace) -> str | None:
     if args.command == "impostor-path" and (mistake := path_mistake(args)):
         return mistake
     return report_mistake(args)
-
-
-def read_settings(path: str | None) -> dict[str, object]:
-    """A settings file: options by name at the top, or tables named like the report's `settings`. Raises `SettingsError`."""
-    if path is None:
-        return {}
-    try:
-        content = tomllib.loads(read_bytes(Path(path), MOST_SETTINGS).decode())
-        overlaid(Settings(), content)
-    except OSError as error:
-        raise SettingsError(f"Settings file {path} cannot be read ({error.strerror}): check the path.") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise SettingsError(f"Settings file {path} is not TOML: {error}.") from error
-    except (TypeError, AttributeError) as error:
-        raise SettingsError(f"Settings file {path} has a table or key that is not a setting: {error}.") from error
-    return content
-
-
-def overlaid(settings: Settings, content: dict[str, object]) -> Settings:
-    """`settings` with the tables and then the options of a settings file put in place."""
-    tables = {
-        name: {key: tuple(v) if isinstance(v, list) else v for key, v in value.items()}
-        for name, value in content.items()
-        if isinstance(value, dict)
-    }
-    values = {name.replace("-", "_"): value for name, value in content.items() if not isinstance(value, dict)}
-    return with_options(settings.replaced(**tables), values)
-
-
-def chosen_settings(base: Settings, args: argparse.Namespace) -> Settings:
-    """The scene's settings, over them the settings file's, over them the command line's. Raises `SettingsError`."""
-    given = _options_of(args)
-    if given.get("bias") is not None and "bias_strategy" not in given:
-        given["bias_strategy"] = "constant"
-    return with_options(overlaid(base, args.from_file), given)
-
-
-def idle_options(settings: Settings, args: argparse.Namespace) -> tuple[str, ...]:
-    """A line for each option of the settings file or the command line that changes nothing in `settings`."""
-    return idle(dict.fromkeys((*named(args.from_file), *_options_of(args))), settings)
-
-
-def _options_of(args: argparse.Namespace) -> dict[str, object]:
-    return {name.removeprefix("option_"): value for name, value in vars(args).items() if name.startswith("option_")}
-
-
-def theory_command(args: argparse.Namespace) -> int:
-    """`theory`: needs neither Blender nor OpenGL."""
-    from ..maths.error.theory import text_report, theory
-
-    try:
-        settings = chosen_settings(Settings(), args)
-        map_size = args.option_map_size if "option_map_size" in args else None
-        result = theory(
-            args.near,
-            args.far,
-            args.fov_y / 2.0,
-            args.gamma,
-            settings.warp,
-            settings.partition,
-            map_size,
-            args.size,
-            args.points if args.curve else None,
-        )
-        if args.report:
-            write_json(Path(args.report), result)
-    except SettingsError as error:
-        complain(f"cad_shadow theory: {error}")
-        return MISUSED
-    except UserError as error:
-        complain(f"cad_shadow theory: {error}")
-        return FAILED
-    for line in () if args.quiet else idle_options(settings, args):
-        complain(f"cad_shadow theory: {line}")
-    if args.json:
-        return DONE if told(sys.stdout, json_text(result)) else FAILED
-    if not args.quiet and not told(sys.stdout, text_report(result, args.fov_y / 2.0, settings.warp, settings.partition)):
-        return FAILED
-    return DONE
 
 
 def finish(args: argparse.Namespace, reports: list[dict[str, object]], out: TextIO) -> int:

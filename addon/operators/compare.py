@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import image_editor
-from ..studies.run import ENGINE_PASSES, Cancels, Job, Outcome, Progress, run
+from ..pipeline.job import ENGINE_PASSES, Job
+from ..studies.run import Cancels, Outcome, Progress, run
 from .background import PictureOperator
 
 if TYPE_CHECKING:

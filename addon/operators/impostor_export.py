@@ -11,9 +11,9 @@ from ..blender.impostors.plane import make_plane, pack_images
 from ..blender.snapshot.instances import listed
 from ..errors import SceneError, UserError
 from ..pipeline.impostors.baked import BakedImpostor
+from ..pipeline.job import Job
 from ..studies.impostors.asked import baking, groups_of
 from ..studies.impostors.files import metadata, unique_names, write_impostor
-from ..studies.run import Job
 from .background import JobOperator, PendingView
 from .impostors import ACTIVE, ALL, HIDDEN, SELECTED, NeedsMarks, chosen_marks, is_one_of
 

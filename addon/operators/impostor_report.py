@@ -12,14 +12,15 @@ from ..blender import image_editor, session
 from ..blender.impostors.marks import active_mark
 from ..errors import SceneError
 from ..pipeline.frame import Frame
+from ..pipeline.job import Job
 from ..studies.impostors.asked import shaded_texture
 from ..studies.impostors.states import annotated
-from ..studies.run import Job, Outcome, Pending
+from ..studies.run import Outcome, Pending
 from .background import JobOperator, PendingView
 from .impostors import HIDDEN, NeedsImpostors
 
 if TYPE_CHECKING:
-    from ..pipeline.impostors.life import ImpostorReport
+    from ..pipeline.frame import ImpostorReport
 
 TITLE = f"{image_editor.NAME}: critical points"
 

@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import bpy
 
-from ..blender import session, sources
-from ..blender.impostors.marks import active_mark, all_marked, is_marked, set_mark
+from ..blender import session
+from ..blender.impostors.marks import active_mark, all_marked, has_surface, is_marked, set_mark
 from ..blender.snapshot import mark_of_id
 from ..blender.snapshot.instances import listed
 from ..errors import SceneError
+from ..pipeline.job import Job
 from ..scene.records import Mark
 from ..studies.impostors.asked import ALL_AT_ONCE
-from ..studies.run import Job, Outcome, Pending
+from ..studies.run import Outcome, Pending
 from .background import JobOperator, PendingView
 
 ACTIVE = ("ACTIVE", "Chosen in the List", "The impostor chosen in the list")
@@ -22,15 +23,6 @@ ALL = ("ALL", "All", "Every impostor of the file")
 NOTHING_MARKED = "Nothing is marked as an impostor: select objects and press Make Impostors"
 HIDDEN = "Those impostors have no surface in this view: unhide their objects."
 OFF = "Impostors are switched off: set Impostors to Automatic or Manual"
-
-
-def has_surface(ob: bpy.types.Object) -> bool:
-    """Whether an impostor could be made of it: something drawn, or an empty that something hangs on or is instanced by."""
-    if ob.type == "EMPTY":
-        return bool(ob.children) or ob.instance_type == "COLLECTION"
-    if ob.type == "MESH":
-        return len(ob.data.polygons) > 0 or len(ob.modifiers) > 0
-    return ob.type in sources.DRAWN_TYPES
 
 
 class NeedsMarks:

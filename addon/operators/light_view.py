@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import image_editor
+from ..pipeline.job import Job
 from ..studies.light_view import SIZE, light_picture
-from ..studies.run import Cancels, Job, Outcome, Progress, run
+from ..studies.run import Cancels, Outcome, Progress, run
 from .background import PictureOperator
 
 if TYPE_CHECKING:

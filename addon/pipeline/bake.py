@@ -16,7 +16,7 @@ from ..maths.relief.warp import CaptureFrame
 from .device import Device
 from .impostors.baked import BakedImpostor
 from .impostors.capture import capture, capture_bytes
-from .impostors.life import ImpostorChoice, ImpostorGroup
+from .impostors.records import ImpostorChoice, ImpostorGroup
 from .renderer import Request, Ticket, render_frame
 
 BORDER_TEXELS = 8

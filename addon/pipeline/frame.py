@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..maths.relief.beta import Betas
+from ..maths.relief.edges import ReliefEdges
 from ..maths.shadow.projection import ShadowPlan
-
-if TYPE_CHECKING:
-    from .impostors.life import ImpostorReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +20,7 @@ class Frame:
     normal (h, w, 3) world, object (h, w) int32, partition (h, w) int32, aliasing (h, w, 3), and with 'texel' shadow_depth (k, N, N).
     `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the contract's report;
     `gl` {"renderer", "version"}; `measured` the error statistics (maths.error.aliasing.aliasing_statistics).
-    `impostors` one `ImpostorReport` (pipeline.impostors.life) per impostor asked for.
+    `impostors` one `ImpostorReport` per impostor asked for.
     """
 
     passes: dict[str, np.ndarray]
@@ -32,3 +31,28 @@ class Frame:
     measured: dict[str, object] | None
     warnings: tuple[str, ...] = field(default=())
     impostors: tuple[ImpostorReport, ...] = field(default=())
+
+
+@dataclass(frozen=True, eq=False)
+class ImpostorReport:
+    """One impostor in one frame. `errors` every predictor by name, as the frame found them (empty without a texture); `error` the error of
+    what is shown now in the unit of `limit` (None without a texture). `size` texels, `triangles` it stands for.
+    `edges` what the predictors keep of the texture: its frame and critical points. `waits`: a later frame will capture it. `captures` made
+    in this frame, with those found wanting."""
+
+    key: Hashable
+    name: str
+    stage: str
+    reason: str
+    age: int
+    betas: Betas | None
+    errors: dict[str, float]
+    error: float | None
+    limit: float
+    tilt_rad: float
+    size: tuple[int, int]
+    bytes: int
+    triangles: int
+    edges: ReliefEdges | None = None
+    waits: bool = False
+    captures: int = 0

@@ -30,7 +30,8 @@ from .gl.context import POLL_S, GpuWorker, shared_worker
 from .gl.gl_raw import finish
 from .gl.machine import check_picture
 from .gl.readback import frame_passes, read_texture
-from .impostors.life import ImpostorChoice, ImpostorFrame, library_of
+from .impostors.life import ImpostorFrame, library_of
+from .impostors.records import ImpostorChoice
 from .impostors.shadows import casters_of
 from .passes.gbuffer import draw_gbuffer, pixel_rays, surface_points_ws
 from .passes.shadow import ShadowMaps, draw_shadow_maps

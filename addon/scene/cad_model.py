@@ -1,6 +1,6 @@
 """A CAD file (or a procedural example) as arrays: parts in a tree, shared meshes, materials. No bpy, no trimesh.
 
-`cad_files.read` and `platform_deck.build` return it; `cad_import.to_blender` turns it into objects. Always metres and Z up: the file's
+`cad.read` and `platform_deck.build` return it; `blender/cad_import.py` turns it into objects. Always metres and Z up: the file's
 unit and axes have been applied to meshes and matrices, so no part carries an odd scale or a quarter turn.
 """
 

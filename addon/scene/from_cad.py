@@ -1,4 +1,4 @@
-"""A `CadModel` straight to a `Scene`, without Blender: for tests, benchmarks and tools. Same preparation as `snapshot`'s."""
+"""A `CadModel` straight to a `Scene`, without Blender: for tests, benchmarks and tools. Same preparation as `blender/snapshot`'s."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The scene as frozen arrays: what `snapshot` and `cad_files` make and the renderer draws. No bpy, no GL."""
+"""The scene as frozen arrays: what `blender/snapshot` and `cad` make and the renderer draws. No bpy, no GL."""
 
 from __future__ import annotations
 

@@ -16,8 +16,9 @@ from ..maths.shadow.lookup import partition_index
 from ..maths.shadow.projection import ShadowPlan
 from ..maths.spaces import look_at, orthographic, perspective, transform
 from ..maths.view import Camera
+from ..pipeline.job import Job
 from .map_outlines import frustum_sides, map_color, map_volumes, part_edges, section
-from .run import Job, run
+from .run import run
 
 BACKGROUND, FRUSTUM_INK = (46, 46, 50), (250, 250, 250)
 MARGIN = 1.06
@@ -54,7 +55,7 @@ def light_camera(job: Job, plan: ShadowPlan, aspect: float) -> Camera:
 
 
 def light_picture(job: Job, plan: ShadowPlan, size: tuple[int, int]) -> np.ndarray:
-    """(h, w, 3) uint8: the light's view of `job`, whose shadow maps are `plan`'s. Raises as `job.run` does."""
+    """(h, w, 3) uint8: the light's view of `job`, whose shadow maps are `plan`'s. Raises as `run.run` does."""
     eye = light_camera(job, plan, size[0] / size[1])
     shown = replace(job, camera=eye, light=None, size=size, settings=job.settings.replaced(shading={"samples": 1}), measure=False)
     passes = run(replace(shown, passes=("depth", "normal"))).frame.passes

@@ -14,8 +14,8 @@ from ..pipeline.frame import Frame
 from ..settings.groups import Settings
 
 if TYPE_CHECKING:
-    from ..pipeline.impostors.life import ImpostorReport
-    from .run import Job
+    from ..pipeline.frame import ImpostorReport
+    from ..pipeline.job import Job
 
 TIMINGS = ("sync", "upload", "shadow", "gbuffer", "shade", "readback", "total")
 COUNTS = ("meshes", "instances", "triangles")

@@ -1,4 +1,4 @@
-"""One picture asked for, and what came of it. Every face of the add-on renders through a `Job`, so they agree bit by bit.
+"""A job under way, and what came of it. Every face of the add-on renders through a `Job`, so they agree bit by bit.
 
 No bpy: `blender/sources.py` makes jobs from Blender's data.
 """
@@ -9,65 +9,28 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
-from ..errors import Cancelled, GpuError, SceneError
-from ..maths.view import Camera, Light
+from ..errors import Cancelled, GpuError
 from ..pipeline.frame import Frame
 from ..pipeline.gl.machine import chosen
-from ..scene.records import Scene
-from ..settings.groups import Settings
+from ..pipeline.job import Job
 from . import stopping
 from .report import report_of
 
 if TYPE_CHECKING:
-    from ..pipeline.impostors.life import ImpostorChoice
     from ..pipeline.remote.renderer import RemoteRenderer
     from ..pipeline.renderer import Renderer, Task
 
-ENGINE_PASSES = ("combined", "depth", "normal", "shadow", "aliasing")
-MAX_PIXELS = 16384
 
 Progress = Callable[[float, str], None]
 Cancels = Callable[[], bool]
 _ADDON = __package__.removesuffix(".studies")
 POLL_S = 0.05
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, eq=False)
-class Job:
-    """Everything one picture needs, read out of Blender: nothing in it can change while it is rendered.
-
-    `name` is the input as the report shows it; `size` (width, height) in pixels; `passes` by the contract's names; `sync_ms` the time
-    that reading the scene took; `warnings` what the user should know about how the scene was read; `measure` False leaves the error
-    statistics out (the live view, where nobody reads them). `impostors` stand for some of the objects; None: all are geometry.
-    """
-
-    name: str
-    scene: Scene
-    camera: Camera
-    light: Light | None
-    settings: Settings
-    size: tuple[int, int]
-    passes: tuple[str, ...] = ENGINE_PASSES
-    sync_ms: float | None = None
-    warnings: tuple[str, ...] = field(default=())
-    measure: bool = True
-    impostors: ImpostorChoice | None = None
-
-    def __post_init__(self) -> None:
-        if not all(1 <= n <= MAX_PIXELS for n in self.size):
-            raise SceneError(f"The picture is {self.size[0]}×{self.size[1]} pixels: each side must lie between 1 and {MAX_PIXELS}.")
-
-    @property
-    def key(self) -> tuple:
-        """What the picture depends on, comparable and hashable: equal keys give equal pictures."""
-        lit = None if self.light is None else self.light.key
-        return self.scene.fingerprint, self.camera.key, lit, self.settings, self.size, self.impostors
 
 
 @dataclass(frozen=True, eq=False)

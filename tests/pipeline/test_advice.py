@@ -9,11 +9,11 @@ import pytest
 from addon.errors import SceneError, SettingsError
 from addon.maths.choices import FITS
 from addon.maths.view import Light
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
 from addon.studies.advice import Goal, Shot, advice_report, advice_table, advise
 from addon.studies.advice.candidates import Candidate, all_candidates, candidate_of, neighbours, pruned
 from addon.studies.advice.goal import GRAIN, LARGEST_MAP
-from addon.studies.run import Job
 from addon.studies.run import stop_worker as stop_shared_worker
 from tests import scenes
 

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 from addon.maths.spaces import orthographic
 from addon.maths.view import Camera
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
 from addon.studies.error_graph import BINS, FEWEST_IN_BIN, ErrorGraph, error_graph
-from addon.studies.run import Job, Outcome
+from addon.studies.run import Outcome
 from tests import scenes
 
 CAMERA = scenes.look_at((0.0, -4.0, 3.0), (0.0, 60.0, 0.0), near=0.5, far=90.0)

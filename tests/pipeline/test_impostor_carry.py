@@ -10,7 +10,8 @@ from addon.maths.relief.frame import capture_frame
 from addon.pipeline.device import device_of
 from addon.pipeline.gl.readback import read_texture
 from addon.pipeline.impostors.capture import capture
-from addon.pipeline.impostors.life import CARRIED, ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostors.life import CARRIED, library_of
+from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.settings.groups import Settings
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit

@@ -11,7 +11,8 @@ from addon.maths.shadow import cut
 from addon.maths.view import Light
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors import ahead as impostor_ahead
-from addon.pipeline.impostors.life import CASTERS, ImpostorChoice, ImpostorGroup, library_of
+from addon.pipeline.impostors.life import library_of
+from addon.pipeline.impostors.records import CASTERS, ImpostorChoice, ImpostorGroup
 from addon.pipeline.impostors.shadows import casters_of
 from addon.pipeline.impostors.sights import START_PIXEL_NS
 from addon.settings.groups import Settings

@@ -9,10 +9,11 @@ from addon.images.passes import id_colors
 from addon.maths.shadow.lookup import partition_index
 from addon.maths.spaces import divide, transform
 from addon.maths.view import Light
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
 from addon.studies.light_view import light_camera, light_picture
 from addon.studies.map_outlines import map_color, map_volumes
-from addon.studies.run import Job, run
+from addon.studies.run import run
 from addon.studies.run import stop_worker as stop_shared_worker
 from tests import scenes
 

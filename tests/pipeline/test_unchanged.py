@@ -5,7 +5,7 @@ import pytest
 
 from addon.pipeline import renderer as pipeline
 from addon.pipeline.device import device_of
-from addon.pipeline.impostors.life import ImpostorChoice, ImpostorGroup
+from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.renderer import DATA_PASSES, Request, render_frame
 from addon.settings.groups import Settings
 from tests import scenes

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from addon.cli.main import chosen_settings, idle_options
 from addon.cli.parser import build_parser
+from addon.cli.settings_file import chosen_settings, idle_options
 from addon.maths.choices import PARTITIONS, WARPS, PartitionChoice, WarpChoice, unsuited
 from addon.maths.shadow.fit import plan_shadows
 from addon.maths.view import Light

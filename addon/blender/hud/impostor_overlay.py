@@ -15,7 +15,7 @@ from .. import session
 from ..redraw import on_change
 
 if TYPE_CHECKING:
-    from ...pipeline.impostors.life import ImpostorReport
+    from ...pipeline.frame import ImpostorReport
 
 PROPERTY = "cad_shadow_impostor_points"
 POINT_PX, LINE_PX = 9.0, 1.5

@@ -16,7 +16,7 @@ from ..snapshot.instances import listed
 from .marks import all_marked, named
 
 if TYPE_CHECKING:
-    from ...pipeline.impostors.life import ImpostorGroup
+    from ...pipeline.impostors.records import ImpostorGroup
 
 NO_SURFACE = "{} has no surface that the render shows: name an object with a mesh, or unhide it."
 

@@ -14,6 +14,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, IntPropert
 
 from ...errors import SceneError
 from ...scene.records import Mark
+from .. import sources
 from ..snapshot import IMPOSTOR_PROPERTY, mark_of_id, marked
 from ..snapshot.instances import listed
 
@@ -147,3 +148,12 @@ def unregister() -> None:
     delattr(bpy.types.Collection, IMPOSTOR_PROPERTY)
     delattr(bpy.types.Object, IMPOSTOR_PROPERTY)
     bpy.utils.unregister_class(CadShadowImpostorRow)
+
+
+def has_surface(ob: bpy.types.Object) -> bool:
+    """Whether an impostor could be made of it: something drawn, or an empty that something hangs on or is instanced by."""
+    if ob.type == "EMPTY":
+        return bool(ob.children) or ob.instance_type == "COLLECTION"
+    if ob.type == "MESH":
+        return len(ob.data.polygons) > 0 or len(ob.modifiers) > 0
+    return ob.type in sources.DRAWN_TYPES

@@ -6,10 +6,9 @@ from math import inf
 
 import bpy
 
-from ...operators.impostors import has_surface
 from ...studies.impostors.states import STATES, MarkState, states
 from .. import session
-from ..impostors.marks import INDEX, ROWS, active_mark, all_marked, holder_of
+from ..impostors.marks import INDEX, ROWS, active_mark, all_marked, has_surface, holder_of
 from ..snapshot import IMPOSTOR_PROPERTY
 from .compatible import ENGINE
 from .words import number, paragraph

@@ -19,7 +19,7 @@ from queue import Empty, Queue
 from threading import Lock, Thread
 from typing import TextIO
 
-from ... import is_python_module
+from ...blender.registering import is_python_module
 from ...studies import stopping
 from ...studies.report import failed_report
 from .items import Item

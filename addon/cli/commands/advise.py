@@ -8,7 +8,8 @@ from pathlib import Path
 
 import bpy
 
-from ...blender.rendering import Request, render
+from ...blender.rendering import render
+from ...blender.request import Request
 from ...blender.sources import render_size
 from ...studies.advice import Advice, Goal, Shot, advice_report, advice_table, advise
 from ...studies.advice.shots import small_size

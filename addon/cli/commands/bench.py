@@ -5,20 +5,27 @@ What is compared is the same scene, size and moving camera. Ratios of medians ar
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from statistics import median
 
 import bpy
 import numpy as np
 
+from ...blender.rendering import render
+from ...blender.request import Request as RenderRequest
 from ...maths.view import Camera, Light
 from ...pipeline.bare_passes import forget, timed
 from ...pipeline.remote.renderer import RemoteRenderer
 from ...pipeline.renderer import Renderer, Request
 from ...scene.records import Scene
 from ...settings.groups import Settings
+from ...studies.outputs import write_json
+from ...studies.run import renderer
+from ...studies.terminal import complain
 
 ORBIT_STEP_RAD = np.radians(1.0)
 
@@ -123,3 +130,22 @@ def text_table(result: dict[str, object]) -> str:
     rows = [f"{'ours':<14}{result['median_ms']['ours']:>10.0f} ms"]
     rows += [f"{name:<14}{result['median_ms'][name]:>10.0f} ms   ours = {ratio:.2f} × this" for name, ratio in result["ours_over"].items()]
     return "\n".join([head, *rows])
+
+
+def bench_command(scene: bpy.types.Scene, request: RenderRequest, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+    """Time frames of a moving camera; one camera sample a pixel unless asked otherwise, as in a live view."""
+    if "option_samples" not in args:
+        request.settings = request.settings.replaced(shading={"samples": 1})
+    outcome = render(scene, request)
+    job = outcome.job
+    result = run(
+        Course(job.scene, job.camera, job.light, job.settings, job.size, args.frames),
+        scene,
+        args.rivals,
+        renderer(),
+        lambda line: None if args.quiet else complain(line),
+    )
+    report = {**outcome.report, "bench": result}
+    if args.output:
+        write_json(stem.with_name(f"{stem.name}_bench.json"), report)
+    return report, text_table(result)

@@ -9,22 +9,22 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...api.impostors import animated
 from ...blender.impostors.chosen import Chosen
 from ...blender.impostors.plane import write_plane
-from ...blender.rendering import Request, read
+from ...blender.rendering import animated, read
+from ...blender.request import Request
 from ...blender.snapshot import marked_instead
 from ...errors import UserError
 from ...images.png import encode_png
 from ...images.srgb import srgb
 from ...pipeline.impostors.baked import BakedImpostor
+from ...pipeline.job import Job
 from ...studies.impostors.asked import baked, choice_for
 from ...studies.impostors.files import unique_names, write_impostor
 from ...studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
 from ...studies.outputs import write_bytes, write_json
 from ...studies.plain_text import shown_name
 from ...studies.report import head_of
-from ...studies.run import Job
 from ...studies.terminal import complain
 
 MIB = 1 << 20

@@ -13,7 +13,8 @@ from tempfile import TemporaryDirectory
 import bpy
 import numpy as np
 
-from ...blender.rendering import Request, render
+from ...blender.rendering import render
+from ...blender.request import Request
 from ...blender.snapshot import choose_light
 from ...images.whole import check_picture
 from ...maths.sun import Clock, Place, nautical_offset_h

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from math import inf, isfinite, radians
 
 from ...errors import UserError
+from ...pipeline.job import MAX_PIXELS
 from ...settings.option import Option
-from ...studies.run import MAX_PIXELS
 
 LEAST_PIXELS = 4
 """Blender renders no picture that is smaller on a side."""

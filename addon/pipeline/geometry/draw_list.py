@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import moderngl
 import numpy as np
@@ -15,9 +14,7 @@ from ...scene.records import Scene
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, set_uniforms
 from .clusters import clustered, runs, segments, visible
-
-if TYPE_CHECKING:
-    from .store import GeometryStore
+from .pools import Pools
 
 ROWS_PER_SLOT = 4
 MERGED_GAP = 3072  # hidden indices drawn along rather than paying for another call
@@ -81,7 +78,7 @@ class DrawList:
     (object id + 1, material slot + 1, instance row, 1 if baked)."""
 
     context: moderngl.Context
-    store: GeometryStore
+    pools: Pools
     ranges: IndexRanges
     segment: np.ndarray
     groups: list[InstancedGroup]
@@ -103,7 +100,7 @@ class DrawList:
     def build(
         cls,
         context: moderngl.Context,
-        store: GeometryStore,
+        pools: Pools,
         scene: Scene,
         ranges: IndexRanges,
         groups: list[InstancedGroup],
@@ -121,7 +118,7 @@ class DrawList:
         )
         return cls(
             context,
-            store,
+            pools,
             ranges,
             segments(ranges.first, ranges.count),
             groups,
@@ -258,13 +255,13 @@ class DrawList:
     def _vertex_array(self, program: moderngl.Program, attributes: bool) -> moderngl.VertexArray:
         key = (program.glo, attributes)
         if key not in self.vertex_arrays:
-            store = self.store
-            content = [(store.positions, "3f4", "in_position")]
+            pools = self.pools
+            content = [(pools.positions, "3f4", "in_position")]
             if attributes and "in_normal" in program:
-                content.append((store.normals, "1u4", "in_normal"))
+                content.append((pools.normals, "1u4", "in_normal"))
             if "in_slot" in program:
-                content.append((store.vertex_slots, "1u4", "in_slot"))
-            self.vertex_arrays[key] = self.context.vertex_array(program, content, index_buffer=store.indices, index_element_size=4)
+                content.append((pools.slots, "1u4", "in_slot"))
+            self.vertex_arrays[key] = self.context.vertex_array(program, content, index_buffer=pools.indices, index_element_size=4)
         return self.vertex_arrays[key]
 
     def release(self) -> None:

@@ -19,6 +19,7 @@ from ..gl.allocation import allocating, buffer_texture_limit
 from .clusters import cluster_bounds, clustered, longest_edges, morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .octahedral import packed_octahedral
+from .pools import Pools
 from .ranges import Ranges
 from .surface_links import SurfaceLinks
 
@@ -165,7 +166,8 @@ class GeometryStore:
                 InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max())
             )
             cursor += len(rows)
-        return DrawList.build(self._context, self, scene, _ranges_of(parts), groups, rows_of_slot, base)
+        pools = Pools(self.positions, self.normals, self.vertex_slots, self.indices)
+        return DrawList.build(self._context, pools, scene, _ranges_of(parts), groups, rows_of_slot, base)
 
     def _replace_draw_list(self, draw_list: DrawList) -> None:
         if self._draw_list is not None:

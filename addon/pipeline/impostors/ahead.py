@@ -11,7 +11,7 @@ from ...maths.relief.life import LifeSettings, Sight
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from .capture import ImpostorTextures
-from .sights import Part, View
+from .records import Part, View
 
 
 class Ahead:

@@ -99,7 +99,7 @@ def capture(
 ) -> ImpostorTextures:
     """Capture the instance rows of the mask `rows` (I,). `with_back` False leaves out the back layer: every surface is a sheet.
 
-    `known`: edges of a capture of the same from farther away, to be carried over (where `relief_carry.carries`) instead of gathered anew.
+    `known`: edges of a capture of the same from farther away, to be carried over (where `carry.carries`) instead of gathered anew.
 
     Raises `SceneError` when nothing of them is seen, `GpuError` when the frame exceeds the driver's texture size or memory.
     """

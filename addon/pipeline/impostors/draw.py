@@ -27,7 +27,6 @@ from .capture import CONTINUOUS_TEXELS, ImpostorTextures
 from .texels import DEFINES, EMPTY, ImpostorTexels
 from .tiles import OVERLAP, STRIDES, TILE
 
-METHODS = ("inverse", "forward")
 _KINDS = {"inverse": 0, "sprite": 1, "forward": 2}
 BLOCK = 8
 """Pixels per side of the blocks in which an impostor is drawn: those that no surface can be seen in are left out."""

@@ -7,110 +7,31 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import GpuError, SceneError
-from ...maths.choices import require, require_choice
-from ...maths.relief.beta import Betas
 from ...maths.relief.carry import carries
-from ...maths.relief.edges import EdgeChoice, ReliefEdges
-from ...maths.relief.frame import CaptureChoice, capture_frame, is_at_capture, tilt_rad
-from ...maths.relief.life import TOO_FINE, Action, ImpostorState, LifeSettings, advance, decide
+from ...maths.relief.edges import ReliefEdges
+from ...maths.relief.frame import capture_frame, is_at_capture, tilt_rad
+from ...maths.relief.life import TOO_FINE, Action, ImpostorState, advance, decide
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from ...scene.records import Scene
 from ..device import Device
+from ..frame import ImpostorReport
 from ..geometry.draw_list import DrawList
 from ..passes.gbuffer import draw_gbuffer
 from .ahead import Ahead
 from .capture import ImpostorTextures, capture, fingerprint
-from .draw import METHODS, draw_impostor
-from .sights import Part, Seen, Sights, View, parts_of
+from .draw import draw_impostor
+from .records import ImpostorChoice, ImpostorGroup, Part, Seen, View, parts_of
+from .sights import Sights
 from .views import DrawnImpostor, Views, towards_set
 
-MODES = ("automatic", "manual")
-CASTERS = ("geometry", "impostor")
 CARRIED = "edges carried over"
 """Added to the reason of a renewal from nearer that gathered nothing anew for the predictors (`maths/relief/carry.py`)."""
-
-
-@dataclass(frozen=True)
-class ImpostorGroup:
-    """What one impostor stands for: `object_ids` of the scene (an object, or all of a collection). `key` tells it from others."""
-
-    key: Hashable
-    object_ids: tuple[int, ...]
-    name: str = ""
-
-
-@dataclass(frozen=True)
-class ImpostorChoice:
-    """The impostors wanted in a picture, and how they live.
-
-    `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `method`
-    'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
-    for the break-even (None: measured); `never_dearer` False draws impostors however cheap the geometry is. `exact` also computes
-    the sums over all edges.
-    `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
-    object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
-    `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`shadows.py`).
-    `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
-    """
-
-    groups: tuple[ImpostorGroup, ...] = ()
-    life: LifeSettings = field(default_factory=LifeSettings)
-    capture: CaptureChoice = field(default_factory=lambda: CaptureChoice(texels_per_pixel=2.0))
-    edges: EdgeChoice = field(default_factory=EdgeChoice)
-    with_back: bool = True
-    mode: str = "automatic"
-    method: str = "inverse"
-    regenerate: frozenset[Hashable] = frozenset()
-    triangle_ns: float | None = None
-    pixel_ns: float | None = None
-    never_dearer: bool = True
-    exact: bool = False
-    fresh: bool = False
-    views: int = 1
-    directions: int = 0
-    fill: bool = True
-    casters: str = "geometry"
-
-    def __post_init__(self) -> None:
-        require_choice("Impostor mode", self.mode, MODES)
-        require_choice("Impostor method", self.method, METHODS)
-        require_choice("Impostor casters", self.casters, CASTERS)
-        require(len({g.key for g in self.groups}) == len(self.groups), "Two impostors have the same key.")
-        require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
-        require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
-        costs = [cost for cost in (self.triangle_ns, self.pixel_ns) if cost is not None]
-        require(all(cost > 0.0 for cost in costs), "The costs of a triangle and of a pixel must be positive.")
-
-
-@dataclass(frozen=True, eq=False)
-class ImpostorReport:
-    """One impostor in one frame. `errors` every predictor by name, as the frame found them (empty without a texture); `error` the error of
-    what is shown now in the unit of `limit` (None without a texture). `size` texels, `triangles` it stands for.
-    `edges` what the predictors keep of the texture: its frame and critical points. `waits`: a later frame will capture it. `captures` made
-    in this frame, with those found wanting."""
-
-    key: Hashable
-    name: str
-    stage: str
-    reason: str
-    age: int
-    betas: Betas | None
-    errors: dict[str, float]
-    error: float | None
-    limit: float
-    tilt_rad: float
-    size: tuple[int, int]
-    bytes: int
-    triangles: int
-    edges: ReliefEdges | None = None
-    waits: bool = False
-    captures: int = 0
 
 
 @dataclass(frozen=True, eq=False)

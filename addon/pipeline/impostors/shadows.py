@@ -27,8 +27,8 @@ from ..gl.gl_raw import GL_DEPTH_CLAMP
 from ..passes.shadow import ShadowMaps
 from .capture import ImpostorTextures, capture, fingerprint
 from .draw import draw_caster
-from .life import ImpostorChoice, ImpostorFrame
-from .sights import Part, parts_of
+from .life import ImpostorFrame
+from .records import ImpostorChoice, Part, parts_of
 
 MARGIN = 1.02
 """The light's view is so much wider than the object."""

@@ -9,24 +9,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...errors import SceneError
 from ...maths.relief.beta import Betas, BoundsSet, betas_of_set, bounds_set
 from ...maths.relief.error import EXACT, ReliefSet, predict, relief_set
-from ...maths.relief.frame import CaptureChoice, box_area, capture_frame, tilt_rad
-from ...maths.relief.life import SHARED, LifeSettings, Sight, share_wrong
+from ...maths.relief.frame import box_area, capture_frame, tilt_rad
+from ...maths.relief.life import SHARED, Sight, share_wrong
 from ...maths.relief.warp import CaptureFrame, pixel_from_clip
 from ...maths.view import Camera
-from ...scene.records import Scene
 from ..geometry.clusters import frustum_planes, visible
 from .capture import ImpostorTextures, capture_bytes
+from .records import Part, Seen, View
 from .texels import BYTES_PER_TEXEL
-
-if TYPE_CHECKING:
-    from .life import ImpostorGroup
 
 START_PIXEL_NS = 150.0
 """What an impostor's pixel is taken to cost until one was measured."""
@@ -38,65 +34,6 @@ TOO_FINE_TEXELS = 0.7
 
 LEAST_SHRUNK = 0.05
 """Seen this much smaller than at capture, the bounds say nothing more of the object."""
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A group found in the scene: its rows (I,), the corners (8, 3) and box (2, 3) of its bounds, its triangles."""
-
-    group: ImpostorGroup
-    rows: np.ndarray
-    hull_ws: np.ndarray
-    bounds_ws: np.ndarray
-    triangles: int
-    scene: Scene
-
-    def is_cut(self, camera: Camera) -> bool:
-        """True when the camera's near plane passes through the object: of the triangles that it cuts one sees the inside."""
-        away = -camera.view_from_world[2]
-        instances = self.scene.instances
-        rows = away @ instances.world_from_object[self.rows]
-        meshes = (self.scene.meshes[i].positions for i in instances.mesh_index[self.rows])
-        nearest = (float((mesh @ row[:3].astype(np.float32)).min() + row[3]) for mesh, row in zip(meshes, rows, strict=True))
-        return any(depth < camera.near for depth in nearest)
-
-
-def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
-    """The groups' rows and bounds; a group without instances (deleted, hidden) has no rows."""
-    bounds = scene.instance_bounds_ws()
-    counts = np.array([len(m.triangles) for m in scene.meshes], np.int64)[scene.instances.mesh_index]
-    parts = []
-    for group in groups:
-        rows = np.isin(scene.instances.object_id, group.object_ids)
-        box = np.zeros((2, 3))
-        if rows.any():
-            box = np.stack([bounds[rows, 0].min(axis=0), bounds[rows, 1].max(axis=0)])
-        parts.append(Part(group, rows, _corners(box), box, int(counts[rows].sum()), scene))
-    return parts
-
-
-@dataclass(frozen=True, eq=False)
-class Seen:
-    """A sight, the frame that a capture from here would use (None: not worked out, or none is possible), and the predictors by name."""
-
-    sight: Sight
-    frame: CaptureFrame | None
-    errors: dict[str, float]
-
-
-@dataclass(frozen=True)
-class View:
-    """For whom the impostors are looked at: camera, picture size (w, h), how captures are made, the life's settings; the rest as in
-    `ImpostorChoice`."""
-
-    camera: Camera
-    size: tuple[int, int]
-    capture: CaptureChoice
-    life: LifeSettings
-    exact: bool
-    break_even: bool
-    triangle_ns: float | None
-    pixel_ns: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,9 +192,3 @@ def _nanoseconds(draw: Callable[[], None]) -> float:
         draw()
         times.append(time.perf_counter_ns() - begin)
     return float(min(times))
-
-
-def _corners(box: np.ndarray) -> np.ndarray:
-    """(8, 3) corners of a (2, 3) box."""
-    pick = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    return box[pick, np.arange(3)]

@@ -18,7 +18,7 @@ from ..device import Device
 from ..passes.gbuffer import GBuffer
 from .capture import ImpostorTextures, capture_bytes
 from .draw import draw_impostor
-from .sights import Part, Seen, View
+from .records import Part, Seen, View
 
 MISSING = 1.2
 """A view of the set that is missing counts as an error of this share of the limit: it is captured, and the others are shown meanwhile."""

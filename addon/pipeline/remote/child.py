@@ -1,4 +1,4 @@
-"""The process that `remote.RemoteRenderer` starts: `python -m addon.pipeline.remote.child PEER` renders what it is sent until there is
+"""The process that `renderer.RemoteRenderer` starts: `python -m addon.pipeline.remote.child PEER` renders what it is sent until there is
 no more; PEER is what the package is called in the process that sends."""
 
 from __future__ import annotations

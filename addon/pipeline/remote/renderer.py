@@ -1,4 +1,4 @@
-"""The renderer in a process of its own, for drivers that crash: what `renderer.Renderer` does, but a crash costs a message, not Blender.
+"""The renderer in a process of its own, for drivers that crash: what `pipeline/renderer.py` does, but a crash costs a message, not Blender.
 
 A scene is sent once, and of its meshes only those that the other process does not have. Pictures come back whole.
 """

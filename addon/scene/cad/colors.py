@@ -4,15 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...images.srgb import linear_from_srgb
+
 MAX_SLOTS = 16
-
-
-def linear_from_srgb(color: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1 decoding of RGB(A) in 0…1; alpha stays as it is."""
-    out = np.array(color, dtype=np.float64)
-    rgb = out[..., :3]
-    out[..., :3] = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    return out
 
 
 def rgba(colors: np.ndarray, *, is_srgb: bool) -> np.ndarray:

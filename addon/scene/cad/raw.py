@@ -1,4 +1,4 @@
-"""What a reader of one format hands over, in the file's own unit and axes, before `cad_files.read` makes a `CadModel` of it."""
+"""What a reader of one format hands over, in the file's own unit and axes, before `cad.read` makes a `CadModel` of it."""
 
 from __future__ import annotations
 

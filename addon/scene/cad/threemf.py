@@ -9,9 +9,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...errors import CadFileError
+from ...images.srgb import linear_from_srgb
 from ...studies.plain_text import shown_name
 from ..cad_model import CadMaterial
-from .colors import linear_from_srgb
 from .raw import RawFile, RawNode, RawPiece
 
 MAX_DEPTH = 64

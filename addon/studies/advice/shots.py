@@ -18,8 +18,9 @@ from ...maths.error.measure import aliasing
 from ...maths.shadow.fit import plan_shadows
 from ...maths.shadow.lookup import towards_light
 from ...maths.shadow.projection import ShadowPlan
+from ...pipeline.job import Job
 from ...settings.groups import Settings
-from ..run import Job, run
+from ..run import run
 
 PICTURE_PIXELS = 16_000
 POINTS = 6_000

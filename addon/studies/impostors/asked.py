@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from ...maths.relief.warp import CaptureFrame
     from ...pipeline.frame import Frame
     from ...pipeline.impostors.baked import BakedImpostor
-    from ...pipeline.impostors.life import ImpostorChoice, ImpostorGroup
+    from ...pipeline.impostors.records import ImpostorChoice, ImpostorGroup
+    from ...pipeline.job import Job
     from ...settings.groups import ImpostorSettings
-    from ..run import Job
 
 ALL_AT_ONCE = 10000
 TRIANGLE_NS, PIXEL_NS = 60.0, 150.0
@@ -43,7 +43,7 @@ def groups_of(scene: Scene) -> tuple[ImpostorGroup, ...]:
 
 
 def _found(scene: Scene) -> tuple[ImpostorGroup, ...]:
-    from ...pipeline.impostors.life import ImpostorGroup
+    from ...pipeline.impostors.records import ImpostorGroup
 
     members: dict[Mark, list[int]] = {}
     for object_id, mark in enumerate(scene.marks):
@@ -54,7 +54,7 @@ def _found(scene: Scene) -> tuple[ImpostorGroup, ...]:
 
 def whole(scene: Scene, name: str) -> tuple[ImpostorGroup, ...]:
     """The whole scene as one impostor."""
-    from ...pipeline.impostors.life import ImpostorGroup
+    from ...pipeline.impostors.records import ImpostorGroup
 
     return (ImpostorGroup(Mark("scene", 0, name=name), tuple(range(len(scene.object_names))), name),)
 
@@ -82,7 +82,7 @@ def choice_for(
     """The choice for given groups; `exact` also computes the predictor whose cost grows with the texture."""
     from ...maths.relief.frame import CaptureChoice
     from ...maths.relief.life import LifeSettings
-    from ...pipeline.impostors.life import ImpostorChoice
+    from ...pipeline.impostors.records import ImpostorChoice
 
     fresh = fresh and settings.use == "automatic"
     life = LifeSettings(

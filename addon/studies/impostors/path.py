@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...maths.relief.picture import PictureErrors, picture_errors
+from ...pipeline.job import Job
 from ...scene.asked_view import Lens
 from ...scene.default_view import corners, depth_range
 from ...scene.records import Mark, Scene
 from ..report import impostor_row, known
-from ..run import Job, run
+from ..run import run
 
 if TYPE_CHECKING:
-    from ...pipeline.impostors.life import ImpostorChoice, ImpostorGroup, ImpostorReport
+    from ...pipeline.frame import ImpostorReport
+    from ...pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 
 FRAME_KEYS = (
     "index",

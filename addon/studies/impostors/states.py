@@ -10,7 +10,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from ...maths.relief.edges import ReliefEdges
-    from ...pipeline.impostors.life import ImpostorReport
+    from ...pipeline.frame import ImpostorReport
 
 STATES = {
     "sprite": "As captured",

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...images.contact_sheet import TILE, contact_sheet, fitted
-from ..run import Cancels, Job, Progress, run
+from ...pipeline.job import Job
+from ..run import Cancels, Progress, run
 from .moments import Moment
 
 
@@ -17,7 +18,7 @@ def job_at(job: Job, moment: Moment) -> Job:
 
 
 def study(job: Job, moments: list[Moment], say: Progress, is_given_up: Cancels) -> np.ndarray:
-    """(h, w, 4) the contact sheet, scene linear; only the small pictures are kept. Waits for the worker; raises as `job.run` does."""
+    """(h, w, 4) the contact sheet, scene linear; only the small pictures are kept. Waits for the worker; raises as `run.run` does."""
     small = []
     for i, moment in enumerate(moments):
         begin, step = i / len(moments), 1.0 / len(moments)

@@ -1,0 +1,66 @@
+"""What a caller wants of the engine, and the request that is being rendered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from ..errors import UserError
+from ..maths.view import Camera
+from ..pipeline.job import ENGINE_PASSES, Job
+from ..scene.asked_view import CameraMaker, Lens, LightMaker
+from ..scene.default_view import camera_for_view
+from ..scene.records import Scene
+from ..settings.groups import Settings
+from ..studies.run import Outcome
+
+ENGINE = "CAD_SHADOW_PREVIEW"
+NO_CAMERA = "There is no camera: an isometric view that frames everything is used."
+
+
+@dataclass(eq=False)
+class Request:
+    """What a caller of `render` wants of the engine; the engine fills in `outcome` or `error`.
+
+    None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
+    `lens` changes whatever camera it is. `is_drawing`: the camera is a standard view, to be lit as drawings are. With `reads_only` the
+    engine notes the `job` and draws nothing.
+    """
+
+    name: str
+    passes: tuple[str, ...] = ENGINE_PASSES
+    camera: CameraMaker | None = None
+    light: LightMaker | None = None
+    settings: Settings | None = None
+    lens: Lens = Lens()
+    size: tuple[int, int] | None = None
+    warnings: tuple[str, ...] = ()
+    is_drawing: bool = False
+    reads_only: bool = False
+    job: Job | None = field(default=None, init=False)
+    outcome: Outcome | None = field(default=None, init=False)
+    error: UserError | None = field(default=None, init=False)
+
+
+def isometric(scene: Scene, size: tuple[int, int]) -> Camera:
+    """The view of a scene that has no camera."""
+    return camera_for_view(scene, size, "iso")
+
+
+_requests: list[Request] = []
+
+
+def active_request() -> Request | None:
+    """The request being rendered, None for a plain F12."""
+    return _requests[-1] if _requests else None
+
+
+@contextmanager
+def active(request: Request) -> Iterator[None]:
+    """`request` is what the engine finds as the `active_request` while this lasts."""
+    _requests.append(request)
+    try:
+        yield
+    finally:
+        _requests.pop()

@@ -1,0 +1,58 @@
+"""What was chosen: the scene's settings, over them a settings file's, over them the command line's."""
+
+from __future__ import annotations
+
+import argparse
+import tomllib
+from pathlib import Path
+
+from ..errors import SettingsError
+from ..settings.combinations import idle, named
+from ..settings.groups import Settings
+from ..settings.options import with_options
+from ..studies.user_files import read_bytes
+from .main import MOST_SETTINGS
+
+
+def read_settings(path: str | None) -> dict[str, object]:
+    """A settings file: options by name at the top, or tables named like the report's `settings`. Raises `SettingsError`."""
+    if path is None:
+        return {}
+    try:
+        content = tomllib.loads(read_bytes(Path(path), MOST_SETTINGS).decode())
+        overlaid(Settings(), content)
+    except OSError as error:
+        raise SettingsError(f"Settings file {path} cannot be read ({error.strerror}): check the path.") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SettingsError(f"Settings file {path} is not TOML: {error}.") from error
+    except (TypeError, AttributeError) as error:
+        raise SettingsError(f"Settings file {path} has a table or key that is not a setting: {error}.") from error
+    return content
+
+
+def overlaid(settings: Settings, content: dict[str, object]) -> Settings:
+    """`settings` with the tables and then the options of a settings file put in place."""
+    tables = {
+        name: {key: tuple(v) if isinstance(v, list) else v for key, v in value.items()}
+        for name, value in content.items()
+        if isinstance(value, dict)
+    }
+    values = {name.replace("-", "_"): value for name, value in content.items() if not isinstance(value, dict)}
+    return with_options(settings.replaced(**tables), values)
+
+
+def chosen_settings(base: Settings, args: argparse.Namespace) -> Settings:
+    """The scene's settings, over them the settings file's, over them the command line's. Raises `SettingsError`."""
+    given = _options_of(args)
+    if given.get("bias") is not None and "bias_strategy" not in given:
+        given["bias_strategy"] = "constant"
+    return with_options(overlaid(base, args.from_file), given)
+
+
+def idle_options(settings: Settings, args: argparse.Namespace) -> tuple[str, ...]:
+    """A line for each option of the settings file or the command line that changes nothing in `settings`."""
+    return idle(dict.fromkeys((*named(args.from_file), *_options_of(args))), settings)
+
+
+def _options_of(args: argparse.Namespace) -> dict[str, object]:
+    return {name.removeprefix("option_"): value for name, value in vars(args).items() if name.startswith("option_")}

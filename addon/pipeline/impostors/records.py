@@ -1,0 +1,139 @@
+"""The records of impostors: what is wanted, what was found in the scene, for whom it is looked at. Data only."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...maths.choices import require, require_choice
+from ...maths.relief.edges import EdgeChoice
+from ...maths.relief.frame import CaptureChoice
+from ...maths.relief.life import LifeSettings, Sight
+from ...maths.relief.warp import CaptureFrame
+from ...maths.view import Camera
+from ...scene.records import Scene
+
+MODES = ("automatic", "manual")
+CASTERS = ("geometry", "impostor")
+
+
+@dataclass(frozen=True)
+class ImpostorGroup:
+    """What one impostor stands for: `object_ids` of the scene (an object, or all of a collection). `key` tells it from others."""
+
+    key: Hashable
+    object_ids: tuple[int, ...]
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class ImpostorChoice:
+    """The impostors wanted in a picture, and how they live.
+
+    `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `method`
+    'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
+    for the break-even (None: measured); `never_dearer` False draws impostors however cheap the geometry is. `exact` also computes
+    the sums over all edges.
+    `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
+    object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
+    `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`shadows.py`).
+    `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
+    """
+
+    groups: tuple[ImpostorGroup, ...] = ()
+    life: LifeSettings = field(default_factory=LifeSettings)
+    capture: CaptureChoice = field(default_factory=lambda: CaptureChoice(texels_per_pixel=2.0))
+    edges: EdgeChoice = field(default_factory=EdgeChoice)
+    with_back: bool = True
+    mode: str = "automatic"
+    method: str = "inverse"
+    regenerate: frozenset[Hashable] = frozenset()
+    triangle_ns: float | None = None
+    pixel_ns: float | None = None
+    never_dearer: bool = True
+    exact: bool = False
+    fresh: bool = False
+    views: int = 1
+    directions: int = 0
+    fill: bool = True
+    casters: str = "geometry"
+
+    def __post_init__(self) -> None:
+        require_choice("Impostor mode", self.mode, MODES)
+        require_choice("Impostor method", self.method, METHODS)
+        require_choice("Impostor casters", self.casters, CASTERS)
+        require(len({g.key for g in self.groups}) == len(self.groups), "Two impostors have the same key.")
+        require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
+        require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
+        costs = [cost for cost in (self.triangle_ns, self.pixel_ns) if cost is not None]
+        require(all(cost > 0.0 for cost in costs), "The costs of a triangle and of a pixel must be positive.")
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A group found in the scene: its rows (I,), the corners (8, 3) and box (2, 3) of its bounds, its triangles."""
+
+    group: ImpostorGroup
+    rows: np.ndarray
+    hull_ws: np.ndarray
+    bounds_ws: np.ndarray
+    triangles: int
+    scene: Scene
+
+    def is_cut(self, camera: Camera) -> bool:
+        """True when the camera's near plane passes through the object: of the triangles that it cuts one sees the inside."""
+        away = -camera.view_from_world[2]
+        instances = self.scene.instances
+        rows = away @ instances.world_from_object[self.rows]
+        meshes = (self.scene.meshes[i].positions for i in instances.mesh_index[self.rows])
+        nearest = (float((mesh @ row[:3].astype(np.float32)).min() + row[3]) for mesh, row in zip(meshes, rows, strict=True))
+        return any(depth < camera.near for depth in nearest)
+
+
+def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
+    """The groups' rows and bounds; a group without instances (deleted, hidden) has no rows."""
+    bounds = scene.instance_bounds_ws()
+    counts = np.array([len(m.triangles) for m in scene.meshes], np.int64)[scene.instances.mesh_index]
+    parts = []
+    for group in groups:
+        rows = np.isin(scene.instances.object_id, group.object_ids)
+        box = np.zeros((2, 3))
+        if rows.any():
+            box = np.stack([bounds[rows, 0].min(axis=0), bounds[rows, 1].max(axis=0)])
+        parts.append(Part(group, rows, _corners(box), box, int(counts[rows].sum()), scene))
+    return parts
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A sight, the frame that a capture from here would use (None: not worked out, or none is possible), and the predictors by name."""
+
+    sight: Sight
+    frame: CaptureFrame | None
+    errors: dict[str, float]
+
+
+@dataclass(frozen=True)
+class View:
+    """For whom the impostors are looked at: camera, picture size (w, h), how captures are made, the life's settings; the rest as in
+    `ImpostorChoice`."""
+
+    camera: Camera
+    size: tuple[int, int]
+    capture: CaptureChoice
+    life: LifeSettings
+    exact: bool
+    break_even: bool
+    triangle_ns: float | None
+    pixel_ns: float | None
+
+
+def _corners(box: np.ndarray) -> np.ndarray:
+    """(8, 3) corners of a (2, 3) box."""
+    pick = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    return box[pick, np.arange(3)]
+
+
+METHODS = ("inverse", "forward")
