@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TextIO
 
@@ -22,6 +23,7 @@ from .batch.workers import Answer, answers, serve
 
 LONGEST = 300
 UNCHANGED = "done before, unchanged"
+Attached = Callable[[], AbstractContextManager[None]]
 
 
 def is_batch(args: argparse.Namespace, items: list[Item]) -> bool:
@@ -56,8 +58,11 @@ def claim_results(args: argparse.Namespace, reports: list[dict[str, object]]) ->
             claim(folder / made["name"], report["input"])
 
 
-def run_inputs(args: argparse.Namespace) -> list[dict[str, object]]:
-    """One report per input, in order. Says what happened; errors also with --quiet. An input that was not come to is a failed one."""
+def run_inputs(args: argparse.Namespace, attached: Attached) -> list[dict[str, object]]:
+    """One report per input, in order. Says what happened; errors also with --quiet. An input that was not come to is a failed one.
+
+    `attached` as in `main.main`.
+    """
     items, folder = items_of(args), Path(args.output or ".")
     args.is_batch = is_batch(args, items)
     progress = Progress(len(items), sys.stderr, args.quiet)
@@ -69,7 +74,7 @@ def run_inputs(args: argparse.Namespace) -> list[dict[str, object]]:
             if report is not None:
                 _told(progress, reports, len(items), item, (report, UNCHANGED))
         todo = [item for item in items if item not in reports]
-        for item, answer in _work(args, todo):
+        for item, answer in _work(args, todo, attached):
             _told(progress, reports, len(items), item, answer)
         stopping.check()
         if args.contact_sheet:
@@ -81,13 +86,14 @@ def run_inputs(args: argparse.Namespace) -> list[dict[str, object]]:
     return [reports.get(item) or failed_report(item.name, None, stopping.STOPPED) for item in items]
 
 
-def _work(args: argparse.Namespace, todo: list[Item]) -> Iterator[tuple[Item, Answer]]:
+def _work(args: argparse.Namespace, todo: list[Item], attached: Attached) -> Iterator[tuple[Item, Answer]]:
     if args.jobs > 1 and len(todo) > 1:
         yield from answers(todo, args.argv, args.jobs)
     elif todo:
         from .run import answers_here  # imports Blender, which talks
 
-        yield from answers_here(todo, args)
+        with attached():
+            yield from answers_here(todo, args)
 
 
 def _told(progress: Progress, reports: dict[Item, dict[str, object]], total: int, item: Item, answer: Answer) -> None:
@@ -116,10 +122,10 @@ def _write_sheet(args: argparse.Namespace, items: list[Item], reports: list[dict
         reports[-1]["errors"].append(str(error))
 
 
-def run_worker(args: argparse.Namespace, out: TextIO) -> None:
+def run_worker(args: argparse.Namespace, out: TextIO, attached: Attached) -> None:
     """Be a worker of another process: inputs come on standard input."""
-    from .run import one, registered
+    from .run import one
 
     args.is_batch = True
-    with registered():
+    with attached():
         serve(lambda item: one(item, args), sys.stdin, out)

@@ -9,7 +9,7 @@ import argparse
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -20,7 +20,7 @@ from ..studies.terminal import Closed, complain, flushed, make_ready, told
 from ..studies.user_files import run_of_inputs
 from .commands.theory import theory_command
 from .exit_codes import DONE, FAILED, MISUSED
-from .inputs import claim_results, report_mistake, run_inputs, run_worker
+from .inputs import Attached, claim_results, report_mistake, run_inputs, run_worker
 from .parser import build_parser, joined
 from .parser_impostors import path_mistake
 from .settings_file import read_settings
@@ -29,19 +29,19 @@ BENCH_TRIANGLES = 1_000_000
 MOST_SETTINGS = 1 << 20
 
 
-def main(argv: list[str]) -> int:
-    """Run one command; gives the exit code."""
+def main(argv: list[str], attached: Attached = nullcontext) -> int:
+    """Run one command; gives the exit code. `attached()`: the add-on enabled while it lasts; nothing to do where it is enabled already."""
     make_ready()
     try:
         with run_of_inputs(), run_of_results():
-            code = _run(argv)
+            code = _run(argv, attached)
     except KeyboardInterrupt:
         complain("cad_shadow: stopped.")
         code = FAILED
     return code if flushed() else max(code, FAILED)
 
 
-def _run(argv: list[str]) -> int:
+def _run(argv: list[str], attached: Attached) -> int:
     try:
         args = build_parser().parse_args(joined(argv))
         args.from_file = read_settings(args.settings)
@@ -65,9 +65,9 @@ def _run(argv: list[str]) -> int:
         return MISUSED
     with chatter_silenced() as out, heeded(args.worker):
         if args.worker:
-            run_worker(args, out)
+            run_worker(args, out, attached)
             return DONE
-        return finish(args, run_inputs(args), out)
+        return finish(args, run_inputs(args, attached), out)
 
 
 def _mistake(args: argparse.Namespace) -> str | None:

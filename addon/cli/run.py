@@ -5,12 +5,8 @@ from __future__ import annotations
 import argparse
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
-import bpy
-
-from .. import register, unregister
 from ..blender import presets
 from ..blender.inputs import open_deck, open_input
 from ..blender.properties import settings_from
@@ -36,23 +32,9 @@ from .settings_file import chosen_settings, idle_options
 
 def answers_here(items: list[Item], args: argparse.Namespace) -> Iterator[tuple[Item, Answer]]:
     """Every item with its report and a line that sums it up, in order, made in this process, until it is asked to stop."""
-    with registered():
-        for item in items:
-            yield item, one(item, args)
-            stopping.check()
-
-
-@contextmanager
-def registered() -> Iterator[None]:
-    """The add-on attached to Blender while this lasts, unless it is already enabled."""
-    if hasattr(bpy.types.Scene, "cad_shadow"):
-        yield
-        return
-    register()
-    try:
-        yield
-    finally:
-        unregister()
+    for item in items:
+        yield item, one(item, args)
+        stopping.check()
 
 
 def one(item: Item, args: argparse.Namespace) -> Answer:
