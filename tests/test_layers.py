@@ -1,23 +1,90 @@
-"""The architecture, held by tests: imports only point down, bpy and OpenGL stay in their rooms, files and functions stay small."""
+"""The architecture, held by tests: imports only point down, libraries stay in their rooms, files and functions stay small.
+
+`python tests/test_layers.py` prints the counts.
+"""
 
 import ast
 import subprocess
 import sys
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 ADDON = ROOT / "addon"
 
-# From the bottom up. A module may import from its own layer and from those below. What is not named is a face of Blender.
-LAYERS = {"errors": 0, "plain_text": 0, "user_files": 0, "maths": 1, "images": 1, "pipeline": 2, "shaders": 2}
-LAYERS |= {"snapshot": 3, "cad_files": 3, "cad_model": 3}
-FACES = 4
+# The floors of every folder, from the ground up. What stands on one imports only what stands below it; not what stands beside it.
+# "*": all files of the folder that are not named.
+FLOORS = {
+    "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
+    "addon/api": "view < impostors < __init__",
+    "addon/blender": "cad_import own_images preferences presets redraw registering request snapshot sun_properties textures < rendering"
+    " properties inputs < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
+    "addon/blender/hud": "canvas < * < __init__",
+    "addon/blender/impostors": "marks plane < chosen < __init__",
+    "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
+    "addon/blender/presets": "__init__",
+    "addon/blender/snapshot": "cameras lights materials meshes < instances < marks < reader < __init__",
+    "addon/cli": "exit_codes settings_file batch < parser_batch < parser_impostors commands < parser run < inputs < main"
+    " < blender_command < __init__",
+    "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
+    "addon/cli/commands": "* < __init__",
+    "addon/images": "exr lettering png srgb < contact_sheet heatmap < passes < __init__",
+    "addon/maths": "choices < spaces sun < view < frusta relief < shadow < error < __init__",
+    "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
+    "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
+    "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit oracle < __init__",
+    "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
+    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < renderer < bake bare_passes remote < __init__",
+    "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",
+    "addon/pipeline/gl": "allocation machine < gl_raw < context programs readback < __init__",
+    "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
+    "addon/pipeline/passes": "large_casters < gbuffer large_receivers log_map outline test_defines < nsm < shadow < shade < __init__",
+    "addon/pipeline/remote": "words < renderer child < __init__",
+    "addon/scene": "mesh_prep records < cad_model default_view local_origin mesh_pieces < asked_view from_cad cad platform_deck < __init__",
+    "addon/scene/cad": "colors mtl polygons raw sniff text_numbers units < * < assemble step < __init__",
+    "addon/scene/platform_deck": "shapes < parts < layout < __init__",
+    "addon/settings": "groups < option words < impostor_options < options < combinations < __init__",
+    "addon/studies": "legends map_outlines report < run < advice error_graph light_view outputs sun truth < impostors < __init__",
+    "addon/studies/advice": "candidates goal shots < search < report < __init__",
+    "addon/studies/impostors": "asked files states < path < __init__",
+    "addon/studies/sun": "moments < pictures < __init__",
+    "addon/studies/truth": "backends triangles < tracer < footprint < compare < __init__ < against",
+}
+MOST_ROOMS = 14  # at the top of addon/, shaders/ among them
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60
 
-SOURCES = sorted(path for path in ADDON.rglob("*.py") if "__pycache__" not in path.parts)
+BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "gpu_extras", "blf", "bmesh", "addon_utils", "bl_ui", "rna_prop_ui"}
+WITH_BLENDER = {"blender", "operators", "api", "cli", "__init__", "__main__"}
+BLENDERS_BVH = "addon/studies/truth/backends.py"  # asks for mathutils only where embreex is not there
+NUMPY_ONLY = {"errors", "images", "maths", "settings"}
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A file: its text, its syntax tree, the files of the add-on that it imports with the line, and the libraries."""
+
+    path: str
+    text: str
+    tree: ast.Module
+    arrows: tuple[tuple[str, int], ...]
+    libraries: frozenset[str]
+
+    @property
+    def room(self) -> str:
+        """The entry of addon/ that it belongs to."""
+        return entry("addon", self.path)
+
+
+@cache
+def sources() -> dict[str, Source]:
+    """Every file of the add-on by its path, read once."""
+    paths = sorted(path for path in ADDON.rglob("*.py") if path.parent.name != "cad_shadow_preview")
+    modules = {module_name(path): path.relative_to(ROOT).as_posix() for path in paths}
+    return {modules[module_name(path)]: read(path, modules) for path in paths}
 
 
 def module_name(path: Path) -> str:
@@ -26,65 +93,141 @@ def module_name(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def imported_modules(path: Path) -> list[tuple[str, int]]:
-    """Absolute names of all that a file imports anywhere in it, with the line."""
+def read(path: Path, modules: dict[str, str]) -> Source:
+    """Parse a file; its imports are those anywhere in it, also for typing and within functions."""
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text)
     package = module_name(path).split(".")
-    if path.name != "__init__.py":
-        package = package[:-1]
-    found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    package = package if path.name == "__init__.py" else package[:-1]
+    arrows, libraries = [], set()
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found += [(alias.name, node.lineno) for alias in node.names]
+            libraries |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            libraries.add(node.module.split(".")[0])
         elif isinstance(node, ast.ImportFrom):
-            base = package[: len(package) - node.level + 1] if node.level else []
-            base = base + (node.module.split(".") if node.module else [])
-            found += [(".".join([*base, alias.name]), node.lineno) for alias in node.names]
+            base = ".".join(package[: len(package) - node.level + 1] + (node.module.split(".") if node.module else []))
+            arrows += [(modules.get(f"{base}.{alias.name}") or modules[base], node.lineno) for alias in node.names]
+    return Source(path.relative_to(ROOT).as_posix(), text, tree, tuple(arrows), frozenset(libraries))
+
+
+def entry(folder: str, path: str) -> str:
+    """What of `folder` a path below it belongs to: a file (without .py) or a folder."""
+    return path.removeprefix(folder + "/").split("/")[0].removesuffix(".py")
+
+
+def floors(folder: str) -> dict[str, int]:
+    """The floor of each name in the table of a folder."""
+    return {name: floor for floor, names in enumerate(FLOORS[folder].split(" < ")) for name in names.split()}
+
+
+def parting(source: str, target: str) -> tuple[str, str, str]:
+    """The folder below which two paths part, and what of it each belongs to: there their floors are compared."""
+    folder = source.rpartition("/")[0]
+    while not target.startswith(folder + "/"):
+        folder = folder.rpartition("/")[0]
+    return folder, entry(folder, source), entry(folder, target)
+
+
+def arrows_up() -> list[str]:
+    """The imports that do not point down."""
+    found = []
+    for source in sources().values():
+        for target, line in source.arrows:
+            folder, own, other = parting(source.path, target)
+            at = floors(folder)
+            if not at.get(other, at.get("*", 0)) < at.get(own, at.get("*", 0)):
+                found.append(f"{source.path}:{line} imports {target}: in {folder} {own} does not stand above {other}")
     return found
 
 
-def layer(module: str) -> int | None:
-    """The layer of a module of the add-on; None for what is not of the add-on."""
-    parts = module.split(".")
-    if parts[0] != "addon":
-        return None
-    return LAYERS.get(parts[1], FACES) if len(parts) > 1 else FACES
+def circles() -> list[str]:
+    """A circle of files, and one of the entries of any folder, where there is one."""
+    graphs: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for source in sources().values():
+        for target, _ in source.arrows:
+            folder, own, other = parting(source.path, target)
+            graphs["files"][source.path].add(target)
+            graphs[folder][own].add(other)
+    found = []
+    for name, graph in graphs.items():
+        try:
+            TopologicalSorter(graph).prepare()
+        except CycleError as error:
+            found.append(f"{name}: {' <- '.join(error.args[1])}")
+    return found
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=module_name)
-def test_imports_point_down(path):
-    own = layer(module_name(path))
-    up = [f"line {line}: {name}" for name, line in imported_modules(path) if (layer(name) or 0) > own]
-    assert not up, f"{module_name(path)} imports from a layer above its own: {up}"
+def counts() -> dict[str, int]:
+    """What the size of the house is judged by. `floors`: the longest chain of imports between rooms."""
+    rooms: dict[str, set[str]] = defaultdict(set)
+    for source in sources().values():
+        rooms[source.room] |= {entry("addon", target) for target, _ in source.arrows} - {source.room}
+    height: dict[str, int] = {}
+    if not circles():
+        for room in TopologicalSorter(rooms).static_order():
+            height[room] = 1 + max((height[below] for below in rooms[room]), default=0)
+    return {
+        "files": len(sources()),
+        "entries at the top": len({entry("addon", p.relative_to(ROOT).as_posix()) for p in ADDON.iterdir() if p.name != "__pycache__"}),
+        "floors": max(height.values(), default=0),
+        "arrows between rooms": sum(map(len, rooms.values())),
+        "arrows up or sideways": len(arrows_up()),
+        "circles": len(circles()),
+    }
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=module_name)
-def test_each_library_stays_in_its_room(path):
-    own = layer(module_name(path))
-    roots = {name.split(".")[0] for name, _ in imported_modules(path)}
-    blender = roots & {"bpy", "bpy_extras", "mathutils", "gpu", "gpu_extras", "blf", "bmesh", "addon_utils", "bl_ui", "rna_prop_ui"}
-    assert not (blender and own < LAYERS["snapshot"]), f"{sorted(blender)} below snapshot"
-    assert not (roots & {"moderngl", "glcontext"} and own != LAYERS["pipeline"]), "OpenGL outside the pipeline"
-    assert not (roots - {"numpy", "addon"} - sys.stdlib_module_names and own <= LAYERS["maths"]), "maths needs numpy only"
-    assert not roots & {"scipy", "networkx", "rtree"}, "neither Blender nor the package has it"
+def test_the_table_names_every_file_and_nothing_else():
+    there = defaultdict(set)
+    for path in sources():
+        folder = path.rpartition("/")[0]
+        while folder:
+            there[folder].add(entry(folder, path))
+            folder = folder.rpartition("/")[0]
+    assert set(there) == set(FLOORS), "a folder without floors, or floors without a folder"
+    unknown = [f"{folder}/{name}" for folder, names in there.items() if "*" not in floors(folder) for name in names - set(floors(folder))]
+    gone = [f"{folder}/{name}" for folder, names in there.items() for name in set(floors(folder)) - names - {"*"}]
+    assert not unknown, "not in the table"
+    assert not gone, "in the table, but not there"
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=module_name)
-def test_imports_are_relative_and_paths_untouched(path):
-    source = path.read_text(encoding="utf-8")
-    tree = ast.parse(source)
-    absolute = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and not n.level and n.module.split(".")[0] == "addon"]
-    absolute += [n for n in ast.walk(tree) if isinstance(n, ast.Import) and any(a.name.split(".")[0] == "addon" for a in n.names)]
-    assert not absolute, f"line {absolute[0].lineno}: inside Blender the package has another name"
-    assert "sys.path" not in source, "extensions may not edit sys.path"
+def test_imports_point_down():
+    print(counts())
+    up = arrows_up()
+    assert not up, "\n".join(up)
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=module_name)
-def test_files_and_functions_stay_small(path):
-    source = path.read_text(encoding="utf-8")
-    assert len(source.splitlines()) <= MAX_FILE_LINES
-    functions = [n for n in ast.walk(ast.parse(source)) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
-    long = {n.name: n.end_lineno - n.lineno + 1 for n in functions if n.end_lineno - n.lineno >= MAX_FUNCTION_LINES}
-    assert not long, f"longer than {MAX_FUNCTION_LINES} lines: {long}"
+def test_there_is_no_circle():
+    assert not circles()
+
+
+def test_the_top_stays_small():
+    assert counts()["entries at the top"] <= MOST_ROOMS
+
+
+def test_each_library_stays_in_its_room():
+    for source in sources().values():
+        libraries, where = source.libraries, source.path
+        may = source.room in WITH_BLENDER or where == BLENDERS_BVH
+        assert may or not libraries & BLENDER, f"{where}: {sorted(libraries & BLENDER)} below blender"
+        assert source.room == "pipeline" or not libraries & {"moderngl", "glcontext"}, f"{where}: OpenGL outside the pipeline"
+        others = libraries - {"numpy"} - sys.stdlib_module_names
+        assert source.room not in NUMPY_ONLY or not others, f"{where}: {sorted(others)}, where numpy must do"
+        assert not libraries & {"scipy", "networkx", "rtree"}, f"{where}: neither Blender nor the package has it"
+
+
+def test_imports_are_relative_and_paths_untouched():
+    for source in sources().values():
+        assert "addon" not in source.libraries, f"{source.path}: inside Blender the package has another name"
+        assert "sys.path" not in source.text, f"{source.path}: extensions may not edit sys.path"
+
+
+def test_files_and_functions_stay_small():
+    for source in sources().values():
+        assert len(source.text.splitlines()) <= MAX_FILE_LINES, source.path
+        functions = [n for n in ast.walk(source.tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
+        long = {n.name: n.end_lineno - n.lineno + 1 for n in functions if n.end_lineno - n.lineno >= MAX_FUNCTION_LINES}
+        assert not long, f"{source.path}: longer than {MAX_FUNCTION_LINES} lines: {long}"
 
 
 IMPORT_WITHOUT_BLENDER = """
@@ -97,15 +240,22 @@ class NoBlender:
 
 sys.meta_path.insert(0, NoBlender())
 import addon
-for room in ("maths", "pipeline"):
+for room in ("errors", "images", "maths", "scene", "settings", "pipeline", "studies"):
     package = importlib.import_module(f"addon.{room}")
-    for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+    print(package.__name__)
+    for module in pkgutil.walk_packages(getattr(package, "__path__", []), package.__name__ + "."):
         importlib.import_module(module.name)
         print(module.name)
 """
 
 
-def test_maths_and_pipeline_import_without_blender():
+def test_all_below_blender_imports_without_it():
     done = subprocess.run([sys.executable, "-c", IMPORT_WITHOUT_BLENDER], cwd=ROOT, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert {"addon.maths.view", "addon.scene.records"} <= set(done.stdout.split())
+    below = {module_name(ROOT / path) for path, source in sources().items() if source.room not in WITH_BLENDER}
+    assert below == set(done.stdout.split())
+
+
+if __name__ == "__main__":
+    print("\n".join(f"{name}: {count}" for name, count in counts().items()))
+    print("\n".join([*arrows_up(), *circles()]))
