@@ -15,7 +15,8 @@ HEAD = """# Margins
 
 How near the property tests come to what they ask: `./dev sweep` draws 2,000 examples for each and writes this page. `./dev test` draws
 fewer, the same ones everywhere. A margin of 10 means that the worst example took a tenth of what is allowed; a claim about order, counts
-or equality has none. `./dev sweep tests/maths/shadow/test_warps.py` or `./dev sweep -k seam` sweeps a part and leaves the other lines as they are.
+or equality has none. `./dev sweep tests/maths/shadow/test_warps.py` or `./dev sweep -k seam` sweeps a part and leaves the
+other lines as they are.
 """
 COLUMNS = ("claim", "examples", "compared", "asked", "worst seen", "margin")
 

@@ -20,34 +20,38 @@ ADDON = ROOT / "addon"
 FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
-    "addon/blender": "cad_import own_images preferences presets redraw registering request snapshot sun_properties textures < rendering"
-    " properties inputs < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
+    "addon/blender": "cad_import changes clip_range own_images preferences redraw registering request snapshot textures"
+    " < sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session < panels"
+    " viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras lights materials meshes < instances < marks < reader < __init__",
-    "addon/cli": "exit_codes settings_file batch < parser_batch < parser_impostors commands < parser run < inputs < main"
+    "addon/cli": "argument_types exit_codes settings_file batch < parser_batch < parser_impostors commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < __init__",
-    "addon/images": "exr lettering png srgb < contact_sheet heatmap < passes < __init__",
-    "addon/maths": "choices < spaces sun < view < frusta relief < shadow < error < __init__",
+    "addon/images": "exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
+    "addon/maths": "choices < spaces sun < view < frusta relief < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit oracle < __init__",
     "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < renderer < bake bare_passes remote < __init__",
     "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",
-    "addon/pipeline/gl": "allocation machine < gl_raw < context programs readback < __init__",
+    "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
-    "addon/pipeline/passes": "large_casters < gbuffer large_receivers log_map outline test_defines < nsm < shadow < shade < __init__",
+    "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline test_defines < nsm < shadow"
+    " < shade < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
-    "addon/scene": "mesh_prep records < cad_model default_view local_origin mesh_pieces < asked_view from_cad cad platform_deck < __init__",
-    "addon/scene/cad": "colors mtl polygons raw sniff text_numbers units < * < assemble step < __init__",
+    "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view from_cad cad"
+    " platform_deck < __init__",
+    "addon/scene/cad": "colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/settings": "groups < option words < impostor_options < options < combinations < __init__",
-    "addon/studies": "legends map_outlines report < run < advice error_graph light_view outputs sun truth < impostors < __init__",
+    "addon/studies": "legends map_outlines report scratch stopping terminal < run < advice error_graph light_view outputs sun truth <"
+    " impostors < __init__",
     "addon/studies/advice": "candidates goal shots < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
     "addon/studies/sun": "moments < pictures < __init__",

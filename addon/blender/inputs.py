@@ -9,8 +9,8 @@ import bpy
 from ..errors import CadFileError
 from ..scene import cad
 from ..scene.cad_model import CadModel
-from ..studies.plain_text import shown_name
-from ..studies.user_files import note, opened
+from ..scene.plain_text import shown_name
+from ..scene.user_files import note, opened
 from .cad_import import to_blender
 
 BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")

@@ -15,8 +15,8 @@ import bpy
 
 from ..errors import Cancelled, OutputError, SceneError, UserError
 from ..pipeline.job import Job
+from ..scene.plain_text import shown_name
 from ..studies import stopping
-from ..studies.plain_text import shown_name
 from ..studies.run import Outcome
 from .request import ENGINE, NO_CAMERA, Request, active, isometric
 

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import TextIO
 
 from ..errors import UserError
+from ..scene.plain_text import shown, shown_name
+from ..scene.user_files import note
 from ..studies import stopping
 from ..studies.outputs import check_target, claim, recorded
-from ..studies.plain_text import shown, shown_name
 from ..studies.report import failed_report
 from ..studies.terminal import complain
-from ..studies.user_files import note
 from .batch.items import Item, items_of
 from .batch.progress import Progress
 from .batch.stamp import KEY, done_before, request_digest

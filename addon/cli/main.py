@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import TextIO
 
 from ..errors import UserError
+from ..scene.user_files import run_of_inputs
 from ..studies.outputs import check_target, json_text, recorded, run_of_results, write_json
 from ..studies.stopping import heeded
 from ..studies.terminal import Closed, complain, flushed, make_ready, told
-from ..studies.user_files import run_of_inputs
 from .commands.theory import theory_command
 from .exit_codes import DONE, FAILED, MISUSED
 from .inputs import Attached, claim_results, report_mistake, run_inputs, run_worker
@@ -26,7 +26,6 @@ from .parser_impostors import path_mistake
 from .settings_file import read_settings
 
 BENCH_TRIANGLES = 1_000_000
-MOST_SETTINGS = 1 << 20
 
 
 def main(argv: list[str], attached: Attached = nullcontext) -> int:

@@ -17,7 +17,7 @@ from ..settings.impostor_options import IMPOSTOR_OPTIONS
 from ..settings.option import Option
 from ..settings.options import OPTIONS
 from ..studies.advice.goal import MOST_FRAMES, picked_frames
-from .commands.types import (
+from .argument_types import (
     between,
     checked_by,
     degrees_between,

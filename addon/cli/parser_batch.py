@@ -6,7 +6,7 @@ import argparse
 from datetime import date
 
 from ..studies.sun.moments import DEFAULT_STEPS, clock_hours
-from .commands.types import between
+from .argument_types import between
 
 NO_BATCH = {"recursive": False, "resume": False, "jobs": 1, "contact_sheet": False, "worker": False}
 

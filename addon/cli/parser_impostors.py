@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from .commands.types import finite
+from .argument_types import finite
 from .parser_batch import positive
 
 

@@ -13,12 +13,12 @@ from ..blender.properties import settings_from
 from ..blender.request import Request
 from ..errors import UserError
 from ..scene.asked_view import Lens, camera_maker, light_maker
+from ..scene.user_files import Key, Noted, run_of_inputs
 from ..settings.groups import Settings
 from ..studies import stopping
 from ..studies.outputs import recorded, write_json
 from ..studies.report import failed_report
 from ..studies.terminal import complain
-from ..studies.user_files import Key, Noted, run_of_inputs
 from .batch.items import Item
 from .batch.stamp import companions_of, request_digest, stamp_of, stamped
 from .batch.workers import Answer

@@ -7,11 +7,12 @@ import tomllib
 from pathlib import Path
 
 from ..errors import SettingsError
+from ..scene.user_files import read_bytes
 from ..settings.combinations import idle, named
 from ..settings.groups import Settings
 from ..settings.options import with_options
-from ..studies.user_files import read_bytes
-from .main import MOST_SETTINGS
+
+MOST_SETTINGS = 1 << 20
 
 
 def read_settings(path: str | None) -> dict[str, object]:

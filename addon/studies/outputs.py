@@ -16,7 +16,7 @@ from ..errors import OutputError
 from ..images.exr import encode_exr
 from ..images.passes import channels_of, picture_of
 from ..images.png import encode_png
-from . import user_files
+from ..scene import user_files
 from .run import Outcome
 from .scratch import PART, beside
 

@@ -8,7 +8,7 @@ import sys
 from contextlib import suppress
 from typing import TextIO
 
-from .plain_text import shown_lines
+from ..scene.plain_text import shown_lines
 
 ERRORS = {"stdout": "replace", "stderr": "backslashreplace"}
 

@@ -13,9 +13,9 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from ...errors import SettingsError
+from ...scene.user_files import note, read_bytes
 from ...settings.option import Option
 from ...settings.options import OPTIONS
-from ...studies.user_files import note, read_bytes
 from ..redraw import redraw
 
 SUBDIR = "cad_shadow_preview"

@@ -7,7 +7,7 @@ from typing import TextIO
 
 from tqdm import tqdm
 
-from ...studies.plain_text import shown_lines
+from ...scene.plain_text import shown_lines
 
 
 class _Bar(tqdm):

@@ -11,8 +11,8 @@ import hashlib
 import json
 from pathlib import Path
 
+from ...scene.user_files import Key, Noted, read_bytes
 from ...studies.report import extension_version
-from ...studies.user_files import Key, Noted, read_bytes
 from .items import Item
 
 KEY = "batch"

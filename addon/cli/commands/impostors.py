@@ -19,11 +19,11 @@ from ...images.png import encode_png
 from ...images.srgb import srgb
 from ...pipeline.impostors.baked import BakedImpostor
 from ...pipeline.job import Job
+from ...scene.plain_text import shown_name
 from ...studies.impostors.asked import baked, choice_for
 from ...studies.impostors.files import unique_names, write_impostor
 from ...studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
 from ...studies.outputs import write_bytes, write_json
-from ...studies.plain_text import shown_name
 from ...studies.report import head_of
 from ...studies.terminal import complain
 

@@ -13,7 +13,7 @@ from ..geometry.clusters import frustum_planes
 from ..geometry.draw_list import DrawList
 from ..gl.depth_buffer import has_clip_control, nearest_wins
 from ..gl.programs import Programs, set_uniforms
-from ..large_surfaces import draw_large, large_in
+from .large_surfaces import draw_large, large_in
 
 RASTERISER, FRAGMENT = 0, 1  # who finds the depth: common_surface.glsl
 

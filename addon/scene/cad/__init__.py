@@ -12,8 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import CadFileError
-from ...studies.plain_text import shown
 from ..cad_model import CadModel
+from ..plain_text import shown
 from .assemble import assemble
 from .gltf import read_gltf
 from .obj import read_obj

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import CadFileError
-from ...studies.plain_text import shown
 from ..cad_model import CadMaterial, CadMesh, CadModel, CadPart
+from ..plain_text import shown
 from .cleaning import CleanPiece, clean_pieces, own_centre
 from .colors import color_slots
 from .raw import RawFile, RawPiece

@@ -11,8 +11,8 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from ...errors import CadFileError
-from ...studies.plain_text import shown_name
-from ...studies.user_files import note, read_bytes
+from ..plain_text import shown_name
+from ..user_files import note, read_bytes
 
 MOST_MATERIALS = 64 << 20
 MOST_BUFFER = 2 << 30

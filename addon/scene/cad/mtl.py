@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...studies.user_files import read_bytes
 from ..cad_model import CadMaterial
+from ..user_files import read_bytes
 from .companions import MOST_MATERIALS, note_all
 
 TEXTURES = (b"map_", b"bump", b"disp", b"decal", b"norm", b"refl")

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...studies.plain_text import shown_name
 from ..cad_model import CadMaterial
+from ..plain_text import shown_name
 from .colors import rgba
 from .companions import companion
 from .mtl import read_mtl

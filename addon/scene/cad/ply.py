@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...studies.plain_text import shown_name
+from ..plain_text import shown_name
 from .colors import rgba
 from .ply_elements import Columns, Lists, ply_elements
 from .polygons import triangulate

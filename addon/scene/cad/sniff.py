@@ -8,8 +8,8 @@ import struct
 from pathlib import Path
 
 from ...errors import CadFileError
-from ...studies.plain_text import shown_name
-from ...studies.user_files import opened
+from ..plain_text import shown_name
+from ..user_files import opened
 
 SUFFIXES = (".glb", ".gltf", ".stl", ".obj", ".ply", ".off", ".3mf", ".step", ".stp")
 SAME = {".stp": ".step"}

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...errors import CadFileError
 from ...images.srgb import linear_from_srgb
-from ...studies.plain_text import shown_name
 from ..cad_model import CadMaterial
+from ..plain_text import shown_name
 from .raw import RawFile, RawNode, RawPiece
 
 MAX_DEPTH = 64

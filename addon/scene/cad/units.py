@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import CadFileError
-from ...studies.plain_text import shown_name
+from ..plain_text import shown_name
 
 METRES_PER_UNIT = {"m": 1.0, "cm": 0.01, "mm": 0.001, "um": 1e-6, "km": 1000.0, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
 LONG_NAMES = {

@@ -9,12 +9,12 @@ from __future__ import annotations
 import moderngl
 import numpy as np
 
-from ..maths.anchored_camera import AnchoredCamera
-from ..maths.shadow.cut import cut
-from ..maths.spaces import transform
-from .geometry.draw_list import Chosen, DrawList
-from .geometry.store import turned
-from .gl.gl_raw import draw_triangles
+from ...maths.anchored_camera import AnchoredCamera
+from ...maths.shadow.cut import cut
+from ...maths.spaces import transform
+from ..geometry.draw_list import Chosen, DrawList
+from ..geometry.store import turned
+from ..gl.gl_raw import draw_triangles
 
 MARGIN_PX = 4.0  # beyond the picture's border
 VERTEX = np.dtype([("seen", "f4", 3), ("normal", "f4", 3), ("slot", "u4"), ("triangle", "u4")])

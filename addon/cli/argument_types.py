@@ -7,9 +7,9 @@ import re
 from collections.abc import Callable
 from math import inf, isfinite, radians
 
-from ...errors import UserError
-from ...pipeline.job import MAX_PIXELS
-from ...settings.option import Option
+from ..errors import UserError
+from ..pipeline.job import MAX_PIXELS
+from ..settings.option import Option
 
 LEAST_PIXELS = 4
 """Blender renders no picture that is smaller on a side."""
