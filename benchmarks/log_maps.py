@@ -92,8 +92,9 @@ def line(renderer: Renderer, scene: Scene, backend: EmbreeBackend, camera: Camer
     log = plan.projections[0]
     linear = replace(plan, projections=(replace(log, log=None),))
     times, pictures = drawn(renderer, scene, size, (plan, linear))
-    shares = [different_pct(picture, ray_depth(backend, p.projections[0], size))
-              for picture, p in zip(pictures, (plan, linear), strict=True)]
+    shares = [
+        different_pct(picture, ray_depth(backend, p.projections[0], size)) for picture, p in zip(pictures, (plan, linear), strict=True)
+    ]
     return log.log.far / log.log.near, *times, times[0] / times[1], *shares
 
 

@@ -59,8 +59,15 @@ def code_mark() -> str:
     return blake2b(b"".join(path.read_bytes() for path in files), digest_size=4).hexdigest()
 
 
-def measure(names: Iterable[str], methods: Mapping[str, Settings], elevations: tuple[float, ...] = (), only_first_view: bool = False,
-            size: tuple[int, int] = views.SIZE, known: Container[Key] = (), every: int = 1) -> Iterator[Row]:
+def measure(
+    names: Iterable[str],
+    methods: Mapping[str, Settings],
+    elevations: tuple[float, ...] = (),
+    only_first_view: bool = False,
+    size: tuple[int, int] = views.SIZE,
+    known: Container[Key] = (),
+    every: int = 1,
+) -> Iterator[Row]:
     """Rows of every model × view × light × method, in that order, but those whose key is `known`. A view in which nothing faces the
     light is left out.
 
@@ -80,8 +87,9 @@ def measure(names: Iterable[str], methods: Mapping[str, Settings], elevations: t
                 print(f"{name} {view.name} {light_name}: {perf_counter() - begin:.1f} s", file=sys.stderr, flush=True)
 
 
-def _measure_light(name: str, scene: Scene, tracer: TruthTracer, view: views.View, light: Light, methods: Mapping[str, Settings],
-                   size: tuple[int, int]) -> Iterator[Row]:
+def _measure_light(
+    name: str, scene: Scene, tracer: TruthTracer, view: views.View, light: Light, methods: Mapping[str, Settings], size: tuple[int, int]
+) -> Iterator[Row]:
     truth = tracer.trace(view.camera, light, size)
     if not truth.lit_facing.any():
         return
@@ -90,16 +98,29 @@ def _measure_light(name: str, scene: Scene, tracer: TruthTracer, view: views.Vie
         frame = shared_renderer().render(scene, view.camera, light, settings, size=size, passes=COMPARED_PASSES)
         result, _ = compare(frame, truth, view.camera, light, settings.fit.size, tracer)
         numbers = {key: result[key] for key in ("pixels", "misclassified_pct", "acne_pct", "leak_pct", "edge_px_p95")}
-        yield Row(name, view.name, view.kind, light.name, method, ratio, **numbers, m_p95=frame.measured["m_p95"],
-                  m_max=frame.measured["m_max"], shadow_ms=frame.timing_ms["shadow"], shade_ms=frame.timing_ms["shade"], code=code_mark())
+        yield Row(
+            name,
+            view.name,
+            view.kind,
+            light.name,
+            method,
+            ratio,
+            **numbers,
+            m_p95=frame.measured["m_p95"],
+            m_max=frame.measured["m_max"],
+            shadow_ms=frame.timing_ms["shadow"],
+            shade_ms=frame.timing_ms["shade"],
+            code=code_mark(),
+        )
 
 
 def _grouped(methods: Mapping[str, Settings]) -> Iterator[tuple[str, Settings]]:
     """Those that read the same maps follow one another: the renderer draws them once. The first of them says what the maps cost."""
     shared: dict[tuple, list[str]] = {}
     for method, settings in methods.items():
-        shared.setdefault((settings.warp, settings.partition, settings.fit, settings.test.kind, settings.test.depths,
-                           settings.test.has_outlines), []).append(method)
+        shared.setdefault(
+            (settings.warp, settings.partition, settings.fit, settings.test.kind, settings.test.depths, settings.test.has_outlines), []
+        ).append(method)
     yield from ((name, methods[name]) for names in shared.values() for name in names)
 
 

@@ -15,9 +15,19 @@ from addon.scene.records import Scene
 
 CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
 DECK = {"triangles": 500_000, "seed": 1, "length_m": 240.0}
-DEV_MODELS = ("tower_crane.glb", "huldra_utilities.glb", "duplex_house.obj", "iea15_floating_turbine.stl", "industrial_ladder.obj",
-              "robile_housing.obj", "hand_wheel_valve.ply", "featuretype.step", "cycloidal_drive_mm.glb", "amazing_hand.glb",
-              "tray_bottom_mm.stl")
+DEV_MODELS = (
+    "tower_crane.glb",
+    "huldra_utilities.glb",
+    "duplex_house.obj",
+    "iea15_floating_turbine.stl",
+    "industrial_ladder.obj",
+    "robile_housing.obj",
+    "hand_wheel_valve.ply",
+    "featuretype.step",
+    "cycloidal_drive_mm.glb",
+    "amazing_hand.glb",
+    "tray_bottom_mm.stl",
+)
 
 
 @cache

@@ -197,8 +197,17 @@ def light_directions() -> None:
 
 def main() -> None:
     """Draw them all."""
-    for draw in (error_along_the_view, maxima_over_eta, generalised_parameter, error_over_gamma, storage_over_ratio, base_errors,
-                 error_over_warps, partition_schemes, light_directions):
+    for draw in (
+        error_along_the_view,
+        maxima_over_eta,
+        generalised_parameter,
+        error_over_gamma,
+        storage_over_ratio,
+        base_errors,
+        error_over_warps,
+        partition_schemes,
+        light_directions,
+    ):
         draw()
 
 

@@ -72,8 +72,11 @@ def difference(there: Iterable[Row], again: Iterable[Row]) -> str:
     for row in again:
         if before := known.get(row.key):
             lines.setdefault(before.code, []).append(abs((row.misclassified_pct or 0.0) - (before.misclassified_pct or 0.0)))
-    return "\n".join(f"{code or 'unmarked'}: {len(off)} rows again, {sum(d < 5e-4 for d in off)} the same; misclassified % differs "
-                     f"by {fmean(off):.4f} on average, {max(off):.4f} at most" for code, off in lines.items())
+    return "\n".join(
+        f"{code or 'unmarked'}: {len(off)} rows again, {sum(d < 5e-4 for d in off)} the same; misclassified % differs "
+        f"by {fmean(off):.4f} on average, {max(off):.4f} at most"
+        for code, off in lines.items()
+    )
 
 
 def run_first_light(choice: Choice) -> None:
@@ -103,13 +106,20 @@ def run_exact(choice: Choice) -> None:
 
 
 RUNS: dict[str, Callable[[Choice], None]] = {
-    "first-light": run_first_light, "methods": run_methods, "texels": run_texels, "bias": run_bias, "exact": run_exact}
+    "first-light": run_first_light,
+    "methods": run_methods,
+    "texels": run_texels,
+    "bias": run_bias,
+    "exact": run_exact,
+}
 
 
 def machine() -> str:
     """One line on what made the numbers."""
-    return (f"Blender {bpy.app.version_string} (bpy), Python {platform.python_version()}, numpy {np.__version__}, "
-            f"Embree through embreex {version('embreex')}, {platform.system()} {platform.machine()}")
+    return (
+        f"Blender {bpy.app.version_string} (bpy), Python {platform.python_version()}, numpy {np.__version__}, "
+        f"Embree through embreex {version('embreex')}, {platform.system()} {platform.machine()}"
+    )
 
 
 def main() -> None:
@@ -117,8 +127,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.quality", description=__doc__.split("\n")[0])
     parser.add_argument("table", choices=(*RUNS, "write"))
     parser.add_argument("--models", nargs="+", metavar="NAME", help="only these (deck, or file names of ../shared/cad/dev)")
-    parser.add_argument("--only", nargs="+", default=["*"], metavar="PATTERN",
-                        help="only methods whose name matches one of these, such as '*one map*'")
+    parser.add_argument(
+        "--only", nargs="+", default=["*"], metavar="PATTERN", help="only methods whose name matches one of these, such as '*one map*'"
+    )
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only every N-th light of a view (--resume fills in the rest)")
     parser.add_argument("--resume", action="store_true", help="keep the rows that are there, measure what is missing")
     parser.add_argument("--check", action="store_true", help="write nothing: measure the chosen rows again, say how far they differ")

@@ -30,9 +30,11 @@ from benchmarks.scale_scenes import SIZE, ScaleScene, scale_scene
 try:
     from addon.scene.local_origin import based_near
 except ImportError:  # a program to compare with
+
     def based_near(*picture: object) -> tuple[object, ...]:
         """As it is."""
         return picture
+
 
 RESULTS = Path(__file__).resolve().parent / "results"
 CASES = 300
@@ -64,8 +66,15 @@ def rows_of(case: ScaleScene, methods: dict[str, Settings], renderer: Renderer) 
         shown = np.mean((frame.passes["object"] != truth.object) & (truth.object >= 0))
         numbers = {key: metrics[key] for key in ("pixels", "misclassified_pct", "acne_pct", "leak_pct")}
         precision = (frame.measured or {}).get("precision")
-        yield {"case": case.number, "method": name, **numbers, "other_surface_pct": 100.0 * shown, "ms": 1e3 * took,
-               "precision": precision and precision["worst_ratio"], **case.words}
+        yield {
+            "case": case.number,
+            "method": name,
+            **numbers,
+            "other_surface_pct": 100.0 * shown,
+            "ms": 1e3 * took,
+            "precision": precision and precision["worst_ratio"],
+            **case.words,
+        }
 
 
 def summary(rows: list[dict[str, object]]) -> str:
@@ -74,8 +83,10 @@ def summary(rows: list[dict[str, object]]) -> str:
     for name in dict.fromkeys(row["method"] for row in rows):
         own = [row for row in rows if row["method"] == name and row["misclassified_pct"] is not None]
         wrong, acne, leak = (np.array([row[key] for row in own]) for key in ("misclassified_pct", "acne_pct", "leak_pct"))
-        lines.append(f"| {name} | {len(own)} | {wrong.mean():.3f} | {wrong.max():.2f} | {(wrong > 1.0).sum()} | {acne.mean():.4f} | "
-                     f"{acne.max():.2f} | {leak.mean():.4f} |")
+        lines.append(
+            f"| {name} | {len(own)} | {wrong.mean():.3f} | {wrong.max():.2f} | {(wrong > 1.0).sum()} | {acne.mean():.4f} | "
+            f"{acne.max():.2f} | {leak.mean():.4f} |"
+        )
     return "\n".join(lines)
 
 
@@ -85,8 +96,13 @@ def page() -> str:
     worst = max(row["precision"] for row in rows["now"] if row["precision"] is not None)
     plates = RESULTS.parents[1] / "docs" / "scale_plates.md"
     return TEMPLATE.format(
-        cases=len({row["case"] for row in rows["now"]}), size="×".join(map(str, SIZE)), now=summary(rows["now"]),
-        before=summary(rows["before"]), cases_before=len({row["case"] for row in rows["before"]}), grounds=by_ratio(rows), worst=worst,
+        cases=len({row["case"] for row in rows["now"]}),
+        size="×".join(map(str, SIZE)),
+        now=summary(rows["now"]),
+        before=summary(rows["before"]),
+        cases_before=len({row["case"] for row in rows["before"]}),
+        grounds=by_ratio(rows),
+        worst=worst,
         plates=plates.read_text(encoding="utf-8") if plates.is_file() else "",
     )
 

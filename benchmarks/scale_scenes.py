@@ -114,13 +114,20 @@ def scale_scene(number: int) -> ScaleScene:
     camera = _camera(rng, view, part, side, at - origin)
     camera = replace(camera, view_from_world=camera.view_from_world @ np.linalg.inv(turned))
     light = _light(rng, light_kind, part, at - origin, turned)
-    words = {"ground": ground, "view": view, "light": light_kind, "ratio": ratio, "part": part, "off": is_off, "utm": is_utm,
-             "tilt": tilt}
+    words = {"ground": ground, "view": view, "light": light_kind, "ratio": ratio, "part": part, "off": is_off, "utm": is_utm, "tilt": tilt}
     return ScaleScene(number, words, scene, heap, camera, light)
 
 
-def _scene(rng: np.random.Generator, ground: str, part: float, side: float, at: np.ndarray, middle: np.ndarray,
-           origin: np.ndarray, turned: np.ndarray) -> tuple[Scene, Heap]:
+def _scene(
+    rng: np.random.Generator,
+    ground: str,
+    part: float,
+    side: float,
+    at: np.ndarray,
+    middle: np.ndarray,
+    origin: np.ndarray,
+    turned: np.ndarray,
+) -> tuple[Scene, Heap]:
     boxes = np.stack([turned @ _box(rng, part, at) for _ in range(BOXES)])
     placed = turned @ spaces.translation(middle)
     count = TILES if ground == "tiles" else 1
@@ -138,8 +145,11 @@ def _scene(rng: np.random.Generator, ground: str, part: float, side: float, at: 
 
 def _box(rng: np.random.Generator, part: float, at: np.ndarray) -> np.ndarray:
     """(4, 4) of the unit cube ±1: a block of 0.1 to 0.4 of half the part's size, turned."""
-    turned = spaces.rotation((0, 0, 1), rng.uniform(0, pi)) @ spaces.rotation((0, 1, 0), rng.uniform(0, 0.6)) @ spaces.rotation(
-        (1, 0, 0), rng.uniform(0, 0.6))
+    turned = (
+        spaces.rotation((0, 0, 1), rng.uniform(0, pi))
+        @ spaces.rotation((0, 1, 0), rng.uniform(0, 0.6))
+        @ spaces.rotation((1, 0, 0), rng.uniform(0, 0.6))
+    )
     out = turned @ np.diag([*(0.5 * part * rng.uniform(0.04, 0.2, 3)), 1.0])
     out[:3, 3] = at + 0.5 * part * rng.uniform((-1.0, -1.0, 0.05), (1.0, 1.0, 0.8))
     return out

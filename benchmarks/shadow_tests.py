@@ -92,7 +92,13 @@ def cpu_ms(job: Callable[[], None]) -> float:
 
 
 def least_costs(
-    renderer: Renderer, scene: Scene, camera: Camera, light: Light, tests: Mapping[str, Settings], draw_each_round: bool, size: int = MAP,
+    renderer: Renderer,
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    tests: Mapping[str, Settings],
+    draw_each_round: bool,
+    size: int = MAP,
     rounds: int = 5,
 ) -> dict[str, Cost]:
     """The cost of every test with a map of `size` texels, round by round and not one after the other, so that a slow minute of the machine
@@ -153,8 +159,13 @@ def costs(renderer: Renderer) -> str:
         + table(("test", "map pass", "× depth only", "shading", "× PCF(1,1)", "× PCF(9,1)"), rows)
     )
     rows = [
-        (name_of(k, n), times[name_of(k, n)].select_ms if n > 1 else None, times[name_of(k, n)].shade_ms,
-         times[name_of(k, n)].shade_ms / one, n * k + 1)
+        (
+            name_of(k, n),
+            times[name_of(k, n)].select_ms if n > 1 else None,
+            times[name_of(k, n)].shade_ms,
+            times[name_of(k, n)].shade_ms / one,
+            n * k + 1,
+        )
         for k, n in SHADINGS
     ]
     text += "\n\n" + table(("filter", "selection pass", "shading", "× PCF(1,1)", "levels n·k+1"), rows)
@@ -175,14 +186,37 @@ def break_even(times: Mapping[int, Mapping[str, Cost]]) -> str:
             measured = n_sm.select_ms / surplus * ratio if surplus > 0.0 else None
             whole = n_sm.select_ms + n_sm.shade_ms
             verdict = "cheaper" if whole < larger.shade_ms else "dearer"
-            lines.append((f"{mine} for {other}", f"{size}²", ratio, reads, "n-SM" if ratio > reads else "larger filter", whole,
-                          larger.shade_ms, measured, verdict))
+            lines.append(
+                (
+                    f"{mine} for {other}",
+                    f"{size}²",
+                    ratio,
+                    reads,
+                    "n-SM" if ratio > reads else "larger filter",
+                    whole,
+                    larger.shade_ms,
+                    measured,
+                    verdict,
+                )
+            )
     return (
         "The n-SM is the cheaper way to a larger filter when λ_h λ_w (picture's pixels over map's texels) > q/r, counted in texture reads "
         "((5.6), (5.7)). On both sides of it, milliseconds of selection and shading together, and the ratio at which the times would be "
         "equal (– : the n-SM's shading alone is slower).\n\n"
-        + table(("n-SM", "map", "λ_h λ_w", "q/r", "by (5.7) cheaper", "n-SM ms", "larger filter ms", "measured break-even",
-                 "measured: n-SM is"), lines)
+        + table(
+            (
+                "n-SM",
+                "map",
+                "λ_h λ_w",
+                "q/r",
+                "by (5.7) cheaper",
+                "n-SM ms",
+                "larger filter ms",
+                "measured break-even",
+                "measured: n-SM is",
+            ),
+            lines,
+        )
     )
 
 
@@ -196,8 +230,10 @@ def smooth_edges(renderer: Renderer) -> str:
         "levels between dark and lit where a row of the picture crosses the edge. *Error*: root mean square against 64 taps over as many "
         "texels as the ramp, within four texels of the edge. *Drift*: texels by which the edge stands too far on the dark side; "
         "*moved*: the error when the 64 taps are moved by as much.\n\n"
-        + table(("filter", "map reads", "ramp", "levels possible", "across", "error", "drift", "moved"),
-                [(name, name[4:].split(",")[0], *line) for name, *line in straight_edges(renderer)])
+        + table(
+            ("filter", "map reads", "ramp", "levels possible", "across", "error", "drift", "moved"),
+            [(name, name[4:].split(",")[0], *line) for name, *line in straight_edges(renderer)],
+        )
         + "\n\nPCF(9,2) is as smooth as PCF(16,1), and PCF(4,3) smoother than PCF(9,1), as SMMVP §5.1 shows. But a 2-SM keeps the "
         "*largest* depth round each cell: its edges stand half a texel (across a diagonal more) inside the shadow, and shadows a texel "
         "wide fade. A 3-SM keeps the smallest as well and stays in place.\n\n**The chair**, one 256² map (coarse on purpose); error on the "

@@ -107,13 +107,27 @@ def straight_edges(renderer: Renderer) -> list[tuple[object, ...]]:
     """A line per filter: name, ramp, levels possible, levels across, error in place, drift, error once moved by it."""
     lines = []
     for k, n in FILTERS:
-        chosen = Settings().replaced(warp={"kind": "uniform"}, partition={"kind": "none"}, fit={"kind": "scene", "size": 256},
-                                     test={"pcf": k, "depths": n, "bias_strategy": "receiver-plane"}, shading={"samples": 1})
+        chosen = Settings().replaced(
+            warp={"kind": "uniform"},
+            partition={"kind": "none"},
+            fit={"kind": "scene", "size": 256},
+            test={"pcf": k, "depths": n, "bias_strategy": "receiver-plane"},
+            shading={"samples": 1},
+        )
         across, errors = zip(*(at_edge(renderer, chosen, turn) for turn in TURNS_DEG), strict=True)
         mean = np.mean(errors, axis=0)
         least = int(mean.argmin())
-        lines.append((name_of(k, n), f"{np.sqrt(k):.0f} + {REACH[n]}", n * k + 1, float(np.mean(across)), float(mean[DRIFTS == 0.0][0]),
-                      float(DRIFTS[least]), float(mean[least])))
+        lines.append(
+            (
+                name_of(k, n),
+                f"{np.sqrt(k):.0f} + {REACH[n]}",
+                n * k + 1,
+                float(np.mean(across)),
+                float(mean[DRIFTS == 0.0][0]),
+                float(DRIFTS[least]),
+                float(mean[least]),
+            )
+        )
     return lines
 
 
@@ -121,8 +135,12 @@ def chair_edges(renderer: Renderer, camera: Camera, light: Light) -> tuple[list[
     """A line per filter (name, levels found, levels across, error) on the chair's shadows, thin ones among them, and a strip of crops."""
     scene, crops, lines = scenes.chair(), [], []
     for k, n in FILTERS:
-        chosen = Settings().replaced(partition={"kind": "none"}, fit={"size": 256}, shading={"samples": 1},
-                                     test={"pcf": k, "depths": n, "bias_strategy": "receiver-plane"})
+        chosen = Settings().replaced(
+            partition={"kind": "none"},
+            fit={"size": 256},
+            shading={"samples": 1},
+            test={"pcf": k, "depths": n, "bias_strategy": "receiver-plane"},
+        )
         frame = renderer.render(scene, camera, light, chosen, SIZE, PASSES)
         seen, r = receivers(frame, camera, light, chosen.fit.size)
         depth = frame.passes["shadow_depth"][0].astype(np.float64) * 2.0 - 1.0

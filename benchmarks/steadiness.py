@@ -45,8 +45,10 @@ def visible(scene: Scene) -> list[np.ndarray]:
 def worst(scene: Scene, points: list[np.ndarray], fit: str, warp: str = DEFAULT, sun: Light = SUN, **partition: object) -> str:
     """The largest jump and where."""
     slices = int(partition.get("count", 1))
-    sizes = [sizes_by_face(plan_at(scene, a, warp, fit, sun, p if fit == "samples" else None, **partition), sun, slices)
-             for a, p in zip(ANGLES, points, strict=True)]
+    sizes = [
+        sizes_by_face(plan_at(scene, a, warp, fit, sun, p if fit == "samples" else None, **partition), sun, slices)
+        for a, p in zip(ANGLES, points, strict=True)
+    ]
     jumps = [largest_jump(*pair) for pair in zip(sizes, sizes[1:], strict=False)]
     at = int(np.argmax(jumps))
     return f"{jumps[at]:.2f} at {ANGLES[at]:.0f}°"

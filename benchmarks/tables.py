@@ -28,25 +28,34 @@ pixel centres (`addon/studies/truth`), hard sun, 640×360, three views × five l
 
 def table(head: Iterable[str], lines: Iterable[Iterable[object]]) -> str:
     """A Markdown table; floats with two digits, None as –."""
+
     def cell(value: object) -> str:
         return "–" if value is None else f"{value:.2f}" if isinstance(value, float) else str(value)
 
     head = list(head)
-    return "\n".join("| " + " | ".join(row) + " |" for row in
-                     ([cell(c) for c in line] for line in (head, ["---"] * len(head), *lines)))
+    return "\n".join("| " + " | ".join(row) + " |" for row in ([cell(c) for c in line] for line in (head, ["---"] * len(head), *lines)))
 
 
 def first_light_warp(rows: list[Row]) -> str:
     """Uniform against the LiSPSMs on the deck, pair by pair and in the mean."""
     methods = list(dict.fromkeys(row.method for row in rows))
     pairs = list(dict.fromkeys((row.view, row.light) for row in rows))
-    lines = [(view, light, round(where(rows, view=view, light=light)[0].depth_ratio),
-              *(mean(where(rows, view=view, light=light, method=m), "misclassified_pct") for m in methods)) for view, light in pairs]
+    lines = [
+        (
+            view,
+            light,
+            round(where(rows, view=view, light=light)[0].depth_ratio),
+            *(mean(where(rows, view=view, light=light, method=m), "misclassified_pct") for m in methods),
+        )
+        for view, light in pairs
+    ]
     means = [mean(where(rows, method=m), "misclassified_pct") for m in methods]
     ratio = means[methods.index("lispsm-general")] / means[methods.index("uniform")]
-    return ("## First light: the warp, along a scene\n\nPlatform deck (500 thousand triangles, 240 m), one 2048² map, `scene` fit; "
-            f"misclassified %. Generalised LiSPSM over uniform: **{ratio:.2f}** (wanted ≤ 0.6).\n\n"
-            + table(("view", "light", "f/n", *methods), [*lines, ("**mean**", "", "", *means)]))
+    return (
+        "## First light: the warp, along a scene\n\nPlatform deck (500 thousand triangles, 240 m), one 2048² map, `scene` fit; "
+        f"misclassified %. Generalised LiSPSM over uniform: **{ratio:.2f}** (wanted ≤ 0.6).\n\n"
+        + table(("view", "light", "f/n", *methods), [*lines, ("**mean**", "", "", *means)])
+    )
 
 
 def first_light_fit(rows: list[Row]) -> str:
@@ -59,9 +68,11 @@ def first_light_fit(rows: list[Row]) -> str:
         whole = [mean(where(rows, model=model, method=fit), "misclassified_pct") for fit in ("scene", "samples")]
         lines.append((f"**{model}**", "mean", *whole, whole[0] / whole[1]))
         gains.append(f"{model} **{whole[0] / whole[1]:.2f} ×**")
-    return ("## First light: the fit, at an object\n\nGeneralised LiSPSM, one 2048² map, mean of five lights; misclassified %. "
-            f"Gain of `samples` over `scene`: {', '.join(gains)} (wanted ≥ 1.3 ×).\n\n"
-            + table(("model", "view", "scene", "samples", "gain"), lines))
+    return (
+        "## First light: the fit, at an object\n\nGeneralised LiSPSM, one 2048² map, mean of five lights; misclassified %. "
+        f"Gain of `samples` over `scene`: {', '.join(gains)} (wanted ≥ 1.3 ×).\n\n"
+        + table(("model", "view", "scene", "samples", "gain"), lines)
+    )
 
 
 def pooled_pct(rows: list[Row]) -> float:
@@ -99,18 +110,47 @@ def methods(rows: list[Row]) -> str:
             largest = max((r.m_max for r in mine if r.m_max is not None), default=None)
             cells += [by_class[kind][name], mean(mine, "m_p95"), largest] if mine else [None] * 3
         mine = where(rows, method=name)
-        lines.append((*cells, *against[name], mean(mine, "acne_pct"), mean(mine, "leak_pct"),
-                      middle(mine, "shadow_ms"), middle(mine, "shade_ms"), len({r.model for r in mine})))
-    return ("## Methods × models, 4 Mi texels\n\nBy class of view: misclassified % (of all its pairs' pixels, mean over models), 95th "
-            "percentile of m (mean over pairs), largest m. *Of one map*: over the misclassified % of one map of the same warp, fit and "
-            "number of texels, geometric mean over the models, and the worst model. Acne and leak over all pairs; milliseconds of the "
-            "shadow and shading passes (median), taken on a loaded machine: `./dev bench` measures speed.\n\n"
-            + table(("method", "at: wrong", "m p95", "m max", "along: wrong", "m p95", "m max", "of one map", "worst", "acne %", "leak %",
-                     "shadow ms", "shade ms", "models"), lines)
-            + "\n\nWhat was expected of them (the default partitioning is z-log 4: z-adaptive without α, along the light; z-adaptive "
-            "here is T4's, with α = 3):\n\n" + expected(by_class, against)
-            + "\n\nMisclassified % by model (of the pixels of its 15 pairs together):\n\n"
-            + table(("method", *(Path(m).stem for m in models)), wide))
+        lines.append(
+            (
+                *cells,
+                *against[name],
+                mean(mine, "acne_pct"),
+                mean(mine, "leak_pct"),
+                middle(mine, "shadow_ms"),
+                middle(mine, "shade_ms"),
+                len({r.model for r in mine}),
+            )
+        )
+    return (
+        "## Methods × models, 4 Mi texels\n\nBy class of view: misclassified % (of all its pairs' pixels, mean over models), 95th "
+        "percentile of m (mean over pairs), largest m. *Of one map*: over the misclassified % of one map of the same warp, fit and "
+        "number of texels, geometric mean over the models, and the worst model. Acne and leak over all pairs; milliseconds of the "
+        "shadow and shading passes (median), taken on a loaded machine: `./dev bench` measures speed.\n\n"
+        + table(
+            (
+                "method",
+                "at: wrong",
+                "m p95",
+                "m max",
+                "along: wrong",
+                "m p95",
+                "m max",
+                "of one map",
+                "worst",
+                "acne %",
+                "leak %",
+                "shadow ms",
+                "shade ms",
+                "models",
+            ),
+            lines,
+        )
+        + "\n\nWhat was expected of them (the default partitioning is z-log 4: z-adaptive without α, along the light; z-adaptive "
+        "here is T4's, with α = 3):\n\n"
+        + expected(by_class, against)
+        + "\n\nMisclassified % by model (of the pixels of its 15 pairs together):\n\n"
+        + table(("method", *(Path(m).stem for m in models)), wide)
+    )
 
 
 def expected(by_class: dict[str, dict[str, float]], against: dict[str, tuple[float | None, float | None]]) -> str:
@@ -154,22 +194,39 @@ def texels(rows: list[TexelRow]) -> str:
         one = sides.get(f"{warp}, one map, {fit}", {})
         against = [mine[p] / one[p] for p in mine if p in one] if "one map" not in name else []
         by_view = {p[:2]: [mine[q] / one[q] for q in mine if q[:2] == p[:2]] for p in mine} if against else {}
-        lines.append((*cells, fmean(against) if against else None, max(map(fmean, by_view.values())) if against else None,
-                      max(against) if against else None))
+        lines.append(
+            (
+                *cells,
+                fmean(against) if against else None,
+                max(map(fmean, by_view.values())) if against else None,
+                max(against) if against else None,
+            )
+        )
     head = ("method", "at: px", "of uniform", "along: px", "of uniform", "against one map", "worst view", "worst pair")
-    return ("## Texels in the picture, 4 Mi texels\n\nMean extent of a texel, pixels (half the sum of its two, over the visible points "
-            f"that face the light), no truth needed: {len({row.model for row in rows})} models, three views × five lights. *Of uniform*: "
-            "against one uniform map with the `scene` fit. *Against one "
-            "map*: partitions against one map of the same warp, fit and number of texels; mean, the worst view (mean of its lights), the "
-            "worst pair.\n\n" + table(head, lines))
+    return (
+        "## Texels in the picture, 4 Mi texels\n\nMean extent of a texel, pixels (half the sum of its two, over the visible points "
+        f"that face the light), no truth needed: {len({row.model for row in rows})} models, three views × five lights. *Of uniform*: "
+        "against one uniform map with the `scene` fit. *Against one "
+        "map*: partitions against one map of the same warp, fit and number of texels; mean, the worst view (mean of its lights), the "
+        "worst pair.\n\n" + table(head, lines)
+    )
 
 
 def bias(rows: list[Row]) -> str:
     """Automatic over warps and map sizes; at one size, every other strategy at its best single value beside it; by model."""
+
     def columns(chosen: list[Row]) -> tuple[object, ...]:
         acne, leak = ([getattr(r, key) or 0.0 for r in chosen] for key in ("acne_pct", "leak_pct"))
-        return (len(chosen), mean(chosen, "misclassified_pct"), f"{fmean(acne):.4f}", f"{max(acne):.3f}", sum(a > 0.02 for a in acne),
-                f"{fmean(leak):.4f}", f"{max(leak):.3f}", sum(a > 0.1 for a in leak))
+        return (
+            len(chosen),
+            mean(chosen, "misclassified_pct"),
+            f"{fmean(acne):.4f}",
+            f"{max(acne):.3f}",
+            sum(a > 0.02 for a in acne),
+            f"{fmean(leak):.4f}",
+            f"{max(leak):.3f}",
+            sum(a > 0.1 for a in leak),
+        )
 
     head = ("pictures", "wrong %", "acne %", "worst", "above 0.02", "leak %", "worst", "above 0.1")
     named = [(row, *row.method.split(", ")) for row in rows]
@@ -189,18 +246,23 @@ def bias(rows: list[Row]) -> str:
         best.setdefault(name.split()[0], name)
     models = list(dict.fromkeys(row.model for row in rows))
     every = [r for chosen in automatic.values() for r in chosen]
-    per_model = [(m, len({r.light for r in where(rows, model=m)}),
-                  *(mean(where(values[n], model=m), "misclassified_pct") for n in best.values())) for m in models]
-    return ("## Bias\n\nOne view per model (320×180), up to 20 light elevations from 2° to 90° (how many of each model: last table), "
-            "`samples` fit, one map. Every picture counts the same. Wanted of automatic, which needs no number: acne ≤ 0.02 %, leak ≤ "
-            "0.1 %. Leaks count what is lit though all around it is dark, detached shadows included.\n\n"
-            + table(("warp", "map", *head), [*((*key, *columns(chosen)) for key, chosen in automatic.items()),
-                                             ("**all**", "", *columns(every))])
-            + f"\n\nEvery strategy at the single value with the fewest misclassified pixels over all of that "
-            f"({', '.join(sorted({s for _, s in compared}))}, all warps):\n\n"
-            + table(("strategy and value", *head), [(name, *columns(values[name])) for name in best.values()])
-            + "\n\nThe same by model, wrong %, on the pictures that every strategy was measured on (*lights*: of automatic):\n\n"
-            + table(("model", "lights", *best.values()), per_model))
+    per_model = [
+        (m, len({r.light for r in where(rows, model=m)}), *(mean(where(values[n], model=m), "misclassified_pct") for n in best.values()))
+        for m in models
+    ]
+    return (
+        "## Bias\n\nOne view per model (320×180), up to 20 light elevations from 2° to 90° (how many of each model: last table), "
+        "`samples` fit, one map. Every picture counts the same. Wanted of automatic, which needs no number: acne ≤ 0.02 %, leak ≤ "
+        "0.1 %. Leaks count what is lit though all around it is dark, detached shadows included.\n\n"
+        + table(
+            ("warp", "map", *head), [*((*key, *columns(chosen)) for key, chosen in automatic.items()), ("**all**", "", *columns(every))]
+        )
+        + f"\n\nEvery strategy at the single value with the fewest misclassified pixels over all of that "
+        f"({', '.join(sorted({s for _, s in compared}))}, all warps):\n\n"
+        + table(("strategy and value", *head), [(name, *columns(values[name])) for name in best.values()])
+        + "\n\nThe same by model, wrong %, on the pictures that every strategy was measured on (*lights*: of automatic):\n\n"
+        + table(("model", "lights", *best.values()), per_model)
+    )
 
 
 def exact(rows: list[Row]) -> str:
@@ -210,26 +272,43 @@ def exact(rows: list[Row]) -> str:
     lines = [(model, *(mean(where(rows, model=model, method=n), "misclassified_pct") for n in names)) for model in models]
     means = {n: mean(where(rows, method=n), "misclassified_pct") for n in names}
     tests = [name for name in ("exact", "outlines") if f"{name}, 2048²" in means]
-    ratios = [f"{size}: " + ", ".join(f"{name} **{means[f'{name}, {size}'] / means[f'depth, {size}']:.2f}**" for name in tests)
-              for size in ("1024²", "2048²")]
-    acne = [(n, f"{mean(where(rows, method=n), 'acne_pct'):.4f}", f"{max(r.acne_pct or 0.0 for r in where(rows, method=n)):.4f}")
-            for n in names]
+    ratios = [
+        f"{size}: " + ", ".join(f"{name} **{means[f'{name}, {size}'] / means[f'depth, {size}']:.2f}**" for name in tests)
+        for size in ("1024²", "2048²")
+    ]
+    acne = [
+        (n, f"{mean(where(rows, method=n), 'acne_pct'):.4f}", f"{max(r.acne_pct or 0.0 for r in where(rows, method=n)):.4f}") for n in names
+    ]
     by_place = {(r.model, r.light, r.method): r.misclassified_pct for r in rows}
-    pairs = [(by_place[m, light, f"exact, {size}"], value) for (m, light, name), value in by_place.items()
-             for size in ("1024²", "2048²") if name == f"depth, {size}"]
+    pairs = [
+        (by_place[m, light, f"exact, {size}"], value)
+        for (m, light, name), value in by_place.items()
+        for size in ("1024²", "2048²")
+        if name == f"depth, {size}"
+    ]
     worse = sum(exact_pct > depth_pct for exact_pct, depth_pct in pairs)
     lights = [len({r.light for r in where(rows, model=m)}) for m in models]
-    return (f"## The triangle-exact test\n\nOne view per model, {min(lights)} to {max(lights)} lights each, generalised LiSPSM, `samples` "
-            f"fit, one map, automatic bias; misclassified %. *outlines*: the exact test with `outlines`. "
-            f"Over depth: {'; '.join(ratios)} (wanted ≤ 0.35); "
-            f"exact at 2048² over depth at 8192²: **{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). "
-            f"Pictures in which exact is worse than depth with the same map: {worse} of {len(pairs)}.\n\n"
-            + table(("model", *names), [*lines, ("**mean**", *means.values())]) + "\n\n"
-            + "What each costs: [shadow tests](shadow_tests.md).\n\n" + table(("test", "acne %", "worst"), acne))
+    return (
+        f"## The triangle-exact test\n\nOne view per model, {min(lights)} to {max(lights)} lights each, generalised LiSPSM, `samples` "
+        f"fit, one map, automatic bias; misclassified %. *outlines*: the exact test with `outlines`. "
+        f"Over depth: {'; '.join(ratios)} (wanted ≤ 0.35); "
+        f"exact at 2048² over depth at 8192²: **{means['exact, 2048²'] / means['depth, 8192²']:.2f}** (wanted ≤ 1). "
+        f"Pictures in which exact is worse than depth with the same map: {worse} of {len(pairs)}.\n\n"
+        + table(("model", *names), [*lines, ("**mean**", *means.values())])
+        + "\n\n"
+        + "What each costs: [shadow tests](shadow_tests.md).\n\n"
+        + table(("test", "acne %", "worst"), acne)
+    )
 
 
-SECTIONS = {"first-light-warp": first_light_warp, "first-light-fit": first_light_fit, "methods": methods, "texels": texels, "bias": bias,
-            "exact": exact}
+SECTIONS = {
+    "first-light-warp": first_light_warp,
+    "first-light-fit": first_light_fit,
+    "methods": methods,
+    "texels": texels,
+    "bias": bias,
+    "exact": exact,
+}
 READERS = {"texels": read_texels}
 
 

@@ -28,7 +28,7 @@ from benchmarks import models, views
 from benchmarks.views import View, depth_ratio
 
 MOST_FITTED, MOST_MEASURED = 60_000, 4_000
-FACING = 0.05      # cosine from which a surface counts as facing the light
+FACING = 0.05  # cosine from which a surface counts as facing the light
 LARGEST_SIDE = 20  # pixels: a surface along the ray has no bound
 
 
@@ -64,8 +64,17 @@ class Seen:
         facing = (normals * towards_light(light, points)).sum(axis=-1) > FACING
         if not facing.any():
             return None
-        plan = plan_shadows(camera, light, s.warp, s.partition, s.fit, receivers_ws=self.points, scene_bounds_ws=self.bounds,
-                            caster_bounds_ws=self.casters, image_size=views.SIZE)
+        plan = plan_shadows(
+            camera,
+            light,
+            s.warp,
+            s.partition,
+            s.fit,
+            receivers_ws=self.points,
+            scene_bounds_ws=self.bounds,
+            caster_bounds_ws=self.casters,
+            image_size=views.SIZE,
+        )
         m = aliasing(camera, light, plan, points[facing], normals[facing], views.SIZE, s.fit.size)[:, 0]
         sides = np.minimum(extents(camera, plan, points[facing], normals[facing], s.fit.size), LARGEST_SIDE)
         return TexelRow(model, self.view.name, light.name, name, self.ratio, float(np.nanmean(sides)), error_statistics(m)["m_p95"])

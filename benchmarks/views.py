@@ -99,6 +99,8 @@ def views(model: str, scene: Scene) -> tuple[View, ...]:
 
 def deck_views(scene: Scene) -> tuple[View, ...]:
     """Along the 240 m deck of `models.DECK`: beside the pipe rack under gratings, beside it the other way, and from above the rack."""
-    return (within(scene, "walk", (239.0, 10.4, 1.7), (100.0, 9.0, 1.0), 1.0),
-            within(scene, "alley", (60.0, 11.4, 1.7), (200.0, 11.4, 1.0), 1.0),
-            within(scene, "bridge", (30.0, 6.0, 9.0), (160.0, 8.0, 2.0), 1.0))
+    return (
+        within(scene, "walk", (239.0, 10.4, 1.7), (100.0, 9.0, 1.0), 1.0),
+        within(scene, "alley", (60.0, 11.4, 1.7), (200.0, 11.4, 1.0), 1.0),
+        within(scene, "bridge", (30.0, 6.0, 9.0), (160.0, 8.0, 2.0), 1.0),
+    )

@@ -28,8 +28,15 @@ atexit.register(shutil.rmtree, _user_resources, ignore_errors=True)
 os.environ["BLENDER_USER_RESOURCES"] = _user_resources
 
 # The clock decides nothing: neither a deadline nor a slow machine fails a test. `derandomize` covers what is drawn outside a test's call.
-hypothesis.settings.register_profile("seeded", max_examples=100, derandomize=True, deadline=None, database=None, print_blob=False,
-                                     suppress_health_check=[hypothesis.HealthCheck.too_slow])
+hypothesis.settings.register_profile(
+    "seeded",
+    max_examples=100,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    print_blob=False,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
+)
 hypothesis.settings.load_profile("seeded")
 
 
@@ -45,6 +52,7 @@ def pytest_collection_modifyitems(config, items):
     """Shuffled by the hash of N and the name, so that a part of the suite keeps its order within the whole."""
     order = config.getoption("order_seed")
     if order is not None:
+
         def place(item) -> list[int]:
             return [zlib.crc32(f"{order} {name}".encode()) for name in (item.nodeid.split("::")[0], item.nodeid)]
 

@@ -38,12 +38,22 @@ def orbited_scene() -> Scene:
     return scenes.scene_of(scenes.floor(20.0), *(scenes.box(*corners) for corners in boxes))
 
 
-def plan_at(scene: Scene, angle_deg: float, warp: str, fit: str, sun: Light = SUN, receivers_ws: np.ndarray | None = None,
-            **partition: object) -> ShadowPlan:
+def plan_at(
+    scene: Scene, angle_deg: float, warp: str, fit: str, sun: Light = SUN, receivers_ws: np.ndarray | None = None, **partition: object
+) -> ShadowPlan:
     """The default partitioning, or another, at one place of the orbit."""
     s = Settings().replaced(warp={"kind": warp}, fit={"kind": fit, "size": MAP}, partition=partition)
-    return plan_shadows(camera_at(angle_deg), sun, s.warp, s.partition, s.fit, receivers_ws=receivers_ws,
-                        scene_bounds_ws=scene.bounds_ws(), caster_bounds_ws=scene.instance_bounds_ws(), image_size=SIZE)
+    return plan_shadows(
+        camera_at(angle_deg),
+        sun,
+        s.warp,
+        s.partition,
+        s.fit,
+        receivers_ws=receivers_ws,
+        scene_bounds_ws=scene.bounds_ws(),
+        caster_bounds_ws=scene.instance_bounds_ws(),
+        image_size=SIZE,
+    )
 
 
 def sizes_by_face(plan: ShadowPlan, sun: Light, slices: int = 1) -> dict[tuple[int, int], list[np.ndarray]]:

@@ -103,8 +103,10 @@ def case_of(name: str, placed: list[Placed], camera: Camera) -> PlateCase:
     side = 2.0 ** np.ceil(np.log2(np.ptp(corners, axis=0).max()))
     origin = np.round((corners.min(axis=0) + corners.max(axis=0)) / 2.0 / side) * side
     matrices[:, :3, 3] -= origin
-    meshes = [Mesh((name, i, quad.tobytes()), quad, np.tile([0.0, 0.0, 1.0], (4, 1)), [[0, 1, 2], [0, 2, 3]]) for i, (quad, _) in
-              enumerate(placed)]
+    meshes = [
+        Mesh((name, i, quad.tobytes()), quad, np.tile([0.0, 0.0, 1.0], (4, 1)), [[0, 1, 2], [0, 2, 3]])
+        for i, (quad, _) in enumerate(placed)
+    ]
     count = np.arange(len(placed))
     instances = Instances(count, matrices, count, np.zeros(len(placed)), np.tile([0.6, 0.6, 0.6, 1.0], (len(placed), 1)))
     view = camera.view_from_world @ spaces.translation(origin)
@@ -117,8 +119,15 @@ def lens(mm: float, near: float, far: float) -> np.ndarray:
     return spaces.perspective(float(np.arctan(SENSOR_MM / 2.0 / mm / ASPECT)), ASPECT, near, far)
 
 
-def pair(distance: float, gap: float, near: float, far: float, mm: float | None = 50.0, half: float = 0.2,
-         towards_eye: tuple[float, float, float] = (0.6, -0.6, 0.5)) -> PlateCase:
+def pair(
+    distance: float,
+    gap: float,
+    near: float,
+    far: float,
+    mm: float | None = 50.0,
+    half: float = 0.2,
+    towards_eye: tuple[float, float, float] = (0.6, -0.6, 0.5),
+) -> PlateCase:
     """Two level plates, `gap` apart, seen from above at a distance through a lens, or in parallel (None) half as wide as the distance."""
     camera = Camera(
         spaces.look_at(distance * np.array(towards_eye), (0.0, 0.0, 0.0)),
@@ -134,8 +143,10 @@ def pair(distance: float, gap: float, near: float, far: float, mm: float | None 
 def long_lens() -> PlateCase:
     """A cube of 2 m on a ground of 40 m, 640 m away, through 2000 mm; its foot lies in the ground."""
     camera = Camera(spaces.look_at((400.0, -400.0, 300.0), (0.0, 0.0, 1.0)), lens(2000.0, 0.1, 2000.0), 0.1, 2000.0)
-    sides = [spaces.rotation((0.0, 0.0, 1.0), turn) @ spaces.translation((0.0, -1.0, 1.0)) @ spaces.rotation((1.0, 0.0, 0.0), np.pi / 2)
-             for turn in np.arange(4) * np.pi / 2]
+    sides = [
+        spaces.rotation((0.0, 0.0, 1.0), turn) @ spaces.translation((0.0, -1.0, 1.0)) @ spaces.rotation((1.0, 0.0, 0.0), np.pi / 2)
+        for turn in np.arange(4) * np.pi / 2
+    ]
     faces = [*sides, spaces.translation((0.0, 0.0, 2.0))]
     placed = [(square(20.0), np.eye(4)), *((square(1.0), m) for m in faces)]
     return case_of("2000 mm lens, a cube 640 m away, clip 0.1–2000", placed, camera)

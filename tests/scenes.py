@@ -52,8 +52,14 @@ def rod(a: tuple[float, float, float], b: tuple[float, float, float], radius: fl
 def ball(centre: tuple[float, float, float], radius: float, segments: int = 48, rings: int = 24) -> Part:
     """A closed sphere of flat quads (degenerate at the poles, so the poles are triangles)."""
     phi, theta = np.linspace(0.0, 2.0 * np.pi, segments + 1)[:-1], np.linspace(0.0, np.pi, rings + 1)
-    unit = np.stack([np.sin(theta)[:, None] * np.cos(phi), np.sin(theta)[:, None] * np.sin(phi),
-                     np.broadcast_to(np.cos(theta)[:, None], (rings + 1, segments))], axis=-1)
+    unit = np.stack(
+        [
+            np.sin(theta)[:, None] * np.cos(phi),
+            np.sin(theta)[:, None] * np.sin(phi),
+            np.broadcast_to(np.cos(theta)[:, None], (rings + 1, segments)),
+        ],
+        axis=-1,
+    )
     positions = (np.array(centre) + radius * unit).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(rings), np.arange(segments), indexing="ij")
     a, b = i * segments + j, i * segments + (j + 1) % segments
@@ -74,8 +80,14 @@ def scene_of(*parts: Part, matrices: list[np.ndarray] | None = None) -> Scene:
         corners = positions[triangles]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        meshes.append(Mesh(("tests.scenes", index, hash(corners.tobytes())), corners.reshape(-1, 3), np.repeat(normal, 3, axis=0),
-                           np.arange(3 * len(corners)).reshape(-1, 3)))
+        meshes.append(
+            Mesh(
+                ("tests.scenes", index, hash(corners.tobytes())),
+                corners.reshape(-1, 3),
+                np.repeat(normal, 3, axis=0),
+                np.arange(3 * len(corners)).reshape(-1, 3),
+            )
+        )
     count = len(meshes)
     placed = np.stack(matrices) if matrices else np.broadcast_to(np.eye(4), (count, 4, 4))
     instances = Instances(np.arange(count), placed, np.arange(count), np.zeros(count), np.tile([0.6, 0.6, 0.6, 1.0], (count, 1)))
@@ -136,8 +148,9 @@ def sphere(segments: int = 24) -> Scene:
     return scene_of(floor(), ball((0.0, 0.0, 1.0), 1.0, segments, segments // 2))
 
 
-def calibration_cards(camera: Camera, light_direction_ws: np.ndarray, distances: np.ndarray, size_px: float = 0.02,
-                      spread: float = 1.0) -> Scene:
+def calibration_cards(
+    camera: Camera, light_direction_ws: np.ndarray, distances: np.ndarray, size_px: float = 0.02, spread: float = 1.0
+) -> Scene:
     """Cards near the view axis that face the mid direction of eye and light (no projection aliasing), side by side so that all are seen.
 
     `distances` view depths; `size_px` half the edge of a card and `spread` the room they all take side by side, as shares of the picture's

@@ -40,7 +40,8 @@ class Sweep:
         for test in {item.obj for item in items}:
             used = getattr(test, "_hypothesis_internal_use_settings", hypothesis.settings.default)
             test._hypothesis_internal_use_settings = hypothesis.settings(
-                used, max_examples=config.getoption("examples"), phases=(Phase.explicit, Phase.generate))  # a failure is told, not shrunk
+                used, max_examples=config.getoption("examples"), phases=(Phase.explicit, Phase.generate)
+            )  # a failure is told, not shrunk
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item):

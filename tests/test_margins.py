@@ -44,8 +44,7 @@ def test_what_is_above_its_limit_or_no_number_fails(seen):
 
 def test_the_worst_of_every_comparison_is_noted_by_its_source(notes):
     for error in (1e-4, 3e-3, 2e-3):
-        agree(2.0 + 2.0 * error,
-              2.0, rel=0.01)
+        agree(2.0 + 2.0 * error, 2.0, rel=0.01)
         at_most(error, 0.004)
     (_, (first, second)), worst = zip(*notes.found, strict=True), list(notes.found.values())
     assert (first, second) == ("2.0 + 2.0 * error is 2.0", "error ≤ 0.004")

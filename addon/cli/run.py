@@ -105,6 +105,12 @@ def request_for(name: str, args: argparse.Namespace, settings: Settings, warning
 
 
 COMMANDS = {
-    "advise": advise_command, "bench": bench_command, "preview": preview, "analyse": analyse, "compare": compare_command,
-    "sun-study": sun_study_command, "impostor": impostor_command, "impostor-path": path_command,
+    "advise": advise_command,
+    "bench": bench_command,
+    "preview": preview,
+    "analyse": analyse,
+    "compare": compare_command,
+    "sun-study": sun_study_command,
+    "impostor": impostor_command,
+    "impostor-path": path_command,
 }

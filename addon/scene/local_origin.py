@@ -14,7 +14,7 @@ from ..maths.view import Camera, Light
 from .records import Scene
 
 FARTHEST = 512.0  # times the distance of the nearest object: there a step of float32 is 1/30 of a pixel of 1/1000
-GRID = 128.0      # times that distance: the origins that an eye on its way takes up
+GRID = 128.0  # times that distance: the origins that an eye on its way takes up
 
 
 def based_near(scene: Scene, camera: Camera, light: Light | None) -> tuple[Scene, Camera, Light | None]:
@@ -43,5 +43,8 @@ def nearest_m(scene: Scene, camera: Camera) -> float:
     bounds, eye = scene.instance_bounds_ws(), camera.eye_ws
     gap = np.linalg.norm(np.maximum(0.0, np.maximum(bounds[:, 0] - eye, eye - bounds[:, 1])), axis=1)
     height = 2.0 / float(camera.clip_from_view[1, 1]) if camera.is_orthographic else 0.0
-    return max(float(gap[gap > 0.0].min(initial=np.inf)), camera.near, height) if (gap > 0.0).any() else max(
-        camera.near, height, 0.01 * float(np.ptp(scene.bounds_ws(), axis=0).max()))
+    return (
+        max(float(gap[gap > 0.0].min(initial=np.inf)), camera.near, height)
+        if (gap > 0.0).any()
+        else max(camera.near, height, 0.01 * float(np.ptp(scene.bounds_ws(), axis=0).max()))
+    )

@@ -29,9 +29,7 @@ def main(room):
 def write_box(path, height=1):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(
-        "o box\n"
-        + "".join(f"v {x} {y} {z * height}\n" for x, y, z in CORNERS)
-        + "".join(f"f {a} {b} {c} {d}\n" for a, b, c, d in FACES)
+        "o box\n" + "".join(f"v {x} {y} {z * height}\n" for x, y, z in CORNERS) + "".join(f"f {a} {b} {c} {d}\n" for a, b, c, d in FACES)
     )
 
 

@@ -98,9 +98,13 @@ def test_a_busy_worker_is_left_within_a_stage(is_separate):
 
 
 def test_a_rendering_process_that_does_not_answer_is_left_soon():
-    stopped = "choose(Machine(is_separate=True))\n" + BUSY + (
-        "import os, signal\nfrom addon.pipeline.remote.renderer import shared_remote\n"
-        "os.kill(shared_remote()._child.process.pid, signal.SIGSTOP)\n"
+    stopped = (
+        "choose(Machine(is_separate=True))\n"
+        + BUSY
+        + (
+            "import os, signal\nfrom addon.pipeline.remote.renderer import shared_remote\n"
+            "os.kill(shared_remote()._child.process.pid, signal.SIGSTOP)\n"
+        )
     )
     _, seconds = left(stopped)
     assert seconds < 6.0

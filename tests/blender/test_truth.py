@@ -25,8 +25,12 @@ CASES = {
     "staircase": (scenes.staircase, (3, -3, 2), (0, 1, 0.8)),
     "sphere": (scenes.sphere, (3, -4, 3), (0, 0, 0.8)),
 }
-BACKENDS = ["blender", pytest.param("embree", marks=pytest.mark.skipif(
-    not __import__("importlib.util").util.find_spec("embreex"), reason="embreex is not installed"))]
+BACKENDS = [
+    "blender",
+    pytest.param(
+        "embree", marks=pytest.mark.skipif(not __import__("importlib.util").util.find_spec("embreex"), reason="embreex is not installed")
+    ),
+]
 
 
 def first_hits(corners, origins, directions):

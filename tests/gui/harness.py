@@ -179,8 +179,10 @@ def run(names: list[str]) -> None:
     """Take the steps from a timer, write the results, quit Blender."""
     import gpu
 
-    results.update(blender=f"Blender {bpy.app.version_string}, Python {sys.version.split()[0]}",
-                   gl=f"{gpu.platform.renderer_get()} ({gpu.platform.backend_type_get()})")
+    results.update(
+        blender=f"Blender {bpy.app.version_string}, Python {sys.version.split()[0]}",
+        gl=f"{gpu.platform.renderer_get()} ({gpu.platform.backend_type_get()})",
+    )
     steps = _everything(names)
     faulthandler.enable()  # a crash leaves every thread's Python stack in the log
 

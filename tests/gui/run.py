@@ -54,8 +54,15 @@ class Chroot:
     def __init__(self, root: Path, work: Path) -> None:
         self.root, self.work = root, work
         inside = "/" + work.relative_to(root).as_posix()
-        self.environment = {"HOME": f"{inside}/home", "XDG_RUNTIME_DIR": f"{inside}/run", "TMPDIR": f"{inside}/run", "OUT": f"{inside}/out",
-                            "PATH": "/usr/bin:/bin:/usr/sbin:/sbin", "LANG": "C.UTF-8", "LP_NUM_THREADS": "2"}
+        self.environment = {
+            "HOME": f"{inside}/home",
+            "XDG_RUNTIME_DIR": f"{inside}/run",
+            "TMPDIR": f"{inside}/run",
+            "OUT": f"{inside}/out",
+            "PATH": "/usr/bin:/bin:/usr/sbin:/sbin",
+            "LANG": "C.UTF-8",
+            "LP_NUM_THREADS": "2",
+        }
         for name in ("home", "run", "out"):
             (work / name).mkdir(mode=0o700)
 
@@ -147,8 +154,19 @@ def drive(chroot: Chroot, script: str, steps: list[str], size: tuple[int, int]) 
         shutil.copy2(path, chroot.work / path.name)
     log = chroot.work / "out" / "blender.log"
     chroot.environment |= {"HANG_S": str(HANG_S[script]), "STARTED": str(time.time())}
-    command = ["blender", "--offline-mode", "--window-geometry", "0", "0", *map(str, size), "--no-window-focus",
-               "--python", chroot.inside(chroot.work / f"{script}.py"), "--", *steps]
+    command = [
+        "blender",
+        "--offline-mode",
+        "--window-geometry",
+        "0",
+        "0",
+        *map(str, size),
+        "--no-window-focus",
+        "--python",
+        chroot.inside(chroot.work / f"{script}.py"),
+        "--",
+        *steps,
+    ]
     with log.open("w") as file:
         process = chroot.start(command, stdout=file, stderr=subprocess.STDOUT)
         notes = threading.Thread(target=take_notes, args=(process, chroot.work / "out"), daemon=True)

@@ -55,8 +55,13 @@ def snapshot() -> Generator:
     yield from close_extra_windows()
     yield from settle()
     handlers = [f for name in dir(bpy.app.handlers) if isinstance(listed := getattr(bpy.app.handlers, name), list) for f in listed]
-    return {"GL objects": gl_objects(), "threads": threading.active_count(), "handlers": len(handlers),
-            "images": len(bpy.data.images), "memory MiB": round((yield from memory()), 1)}
+    return {
+        "GL objects": gl_objects(),
+        "threads": threading.active_count(),
+        "handlers": len(handlers),
+        "images": len(bpy.data.images),
+        "memory MiB": round((yield from memory()), 1),
+    }
 
 
 def preview() -> None:

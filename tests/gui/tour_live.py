@@ -64,8 +64,20 @@ def check_data_colours(screen) -> None:
 @contextmanager
 def bare(space: bpy.types.SpaceView3D) -> Iterator[None]:
     """Nothing of Blender's over the picture, how much there may be of it for the window's size; the overlays' own switch stays on."""
-    holders = {space.overlay: ("show_floor", "show_axis_x", "show_axis_y", "show_cursor", "show_text", "show_stats", "show_extras",
-                               "show_outline_selected", "show_object_origins"), space: ("show_gizmo",)}
+    holders = {
+        space.overlay: (
+            "show_floor",
+            "show_axis_x",
+            "show_axis_y",
+            "show_cursor",
+            "show_text",
+            "show_stats",
+            "show_extras",
+            "show_outline_selected",
+            "show_object_origins",
+        ),
+        space: ("show_gizmo",),
+    }
     kept = [(holder, name, getattr(holder, name)) for holder, names in holders.items() for name in names]
     for holder, name, _ in kept:
         setattr(holder, name, False)

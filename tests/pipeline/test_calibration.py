@@ -72,8 +72,17 @@ def test_measured_errors_are_the_theorys_within_two_percent(renderer, warp, gamm
 def test_the_fits_warp_is_the_methods_but_for_the_limit_on_its_growth(warp, gamma):
     """n' is the text's, or, close above γ_lim, that of `steady_strength` (at most 16 % of f'/n' per degree; docs/findings.md)."""
     choice, view = WarpChoice(warp), Range(NEAR, FAR, PHI, PHI)
-    plan = plan_shadows(CAMERA, sun_at(gamma), choice, PartitionChoice("none"), FitChoice("frustum"), receivers_ws=None,
-                        scene_bounds_ws=np.zeros((2, 3)), caster_bounds_ws=np.zeros((0, 2, 3)), image_size=SIZE)
+    plan = plan_shadows(
+        CAMERA,
+        sun_at(gamma),
+        choice,
+        PartitionChoice("none"),
+        FitChoice("frustum"),
+        receivers_ws=None,
+        scene_bounds_ws=np.zeros((2, 3)),
+        caster_bounds_ws=np.zeros((0, 2, 3)),
+        image_size=SIZE,
+    )
     parameter = plan.projections[0].warp_parameter
     expected = warp_parameter(choice, NEAR, FAR, PHI, gamma)
     if expected == np.inf:

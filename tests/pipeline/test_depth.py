@@ -25,8 +25,10 @@ def eye(request, worker):
         worker.call(lambda context: setattr(raw_gl(context), "ClipControl", None))
     elif control is None:
         pytest.skip("this driver has no clip control")
-    yield lambda scene, camera, size=plates.SIZE: (
-        Renderer(worker).render(scene, camera, None, SETTINGS, size, ("depth", "normal", "object")).passes
+    yield (
+        lambda scene, camera, size=plates.SIZE: (
+            Renderer(worker).render(scene, camera, None, SETTINGS, size, ("depth", "normal", "object")).passes
+        )
     )
     assert worker.call(has_clip_control) == request.param
     worker.call(lambda context: setattr(raw_gl(context), "ClipControl", control))

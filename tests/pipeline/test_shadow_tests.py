@@ -17,8 +17,14 @@ from tests.pipeline import oracle
 SIZE, MAP = (160, 90), 128
 CAMERA = scenes.look_at((1.9, -2.3, 1.6), (0.0, 0.1, 0.3), near=0.3, far=60.0)
 SUN = scenes.sun(30.0)
-PLANS = [("uniform", "none"), ("lispsm-general", "none"), ("lispsm-general", "z-adaptive"), ("logpsm", "none"),
-         ({"kind": "logpsm", "log_bend": 2.0}, "none"), ({"kind": "logpsm", "log_bend": -0.7}, "none")]
+PLANS = [
+    ("uniform", "none"),
+    ("lispsm-general", "none"),
+    ("lispsm-general", "z-adaptive"),
+    ("logpsm", "none"),
+    ({"kind": "logpsm", "log_bend": 2.0}, "none"),
+    ({"kind": "logpsm", "log_bend": -0.7}, "none"),
+]
 
 
 def settings(warp="lispsm-general", partition="none", size=MAP, **test):

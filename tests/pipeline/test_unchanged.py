@@ -14,13 +14,24 @@ SCENES = (scenes.railing(), scenes.chair())
 CAMERAS = [scenes.look_at(eye, (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0) for eye in ((14.0, -16.0, 9.0), (-9.0, -12.0, 4.0))]
 LIGHTS = (scenes.sun(40.0), scenes.sun(15.0), None)
 CHANGES = {  # a request's field, or a group of the settings' fields
-    "scene": SCENES, "camera": CAMERAS, "light": LIGHTS, "size": ((64, 48), (48, 64)), "shown": (None, "first"),
+    "scene": SCENES,
+    "camera": CAMERAS,
+    "light": LIGHTS,
+    "size": ((64, 48), (48, 64)),
+    "shown": (None, "first"),
     "impostors": (None, None, "last"),
-    "warp": ({"kind": "lispsm-general"}, {"kind": "uniform"}, {"kind": "logpsm"}), "partition": ({"kind": "none"}, {"kind": "z-log"}),
+    "warp": ({"kind": "lispsm-general"}, {"kind": "uniform"}, {"kind": "logpsm"}),
+    "partition": ({"kind": "none"}, {"kind": "z-log"}),
     "fit": ({"kind": "samples", "size": 64}, {"kind": "scene", "size": 64}, {"kind": "samples", "size": 96}),
-    "test": ({}, {"kind": "id-depth"}, {"kind": "id-depth", "id_per_material": True}, {"depths": 2, "pcf": 4}, {"kind": "triangle"},
-             {"kind": "triangle", "outlines": True},
-             {"bias_strategy": "constant", "bias": 0.01}),
+    "test": (
+        {},
+        {"kind": "id-depth"},
+        {"kind": "id-depth", "id_per_material": True},
+        {"depths": 2, "pcf": 4},
+        {"kind": "triangle"},
+        {"kind": "triangle", "outlines": True},
+        {"bias_strategy": "constant", "bias": 0.01},
+    ),
     "shading": ({"samples": 1}, {"samples": 4}, {"display": "aliasing", "samples": 1}),
 }
 
@@ -31,8 +42,16 @@ def request_of(chosen):
     shown = np.arange(len(scene.instances)) < 1 if chosen["shown"] else None
     last = ImpostorGroup("last", (len(scene.object_names) - 1,))
     impostors = ImpostorChoice((last,), never_dearer=False) if chosen["impostors"] else None
-    return Request(scene, chosen["camera"], chosen["light"], Settings().replaced(**groups), chosen["size"], ("combined", *DATA_PASSES),
-                   impostors=impostors, shown=None if impostors else shown)
+    return Request(
+        scene,
+        chosen["camera"],
+        chosen["light"],
+        Settings().replaced(**groups),
+        chosen["size"],
+        ("combined", *DATA_PASSES),
+        impostors=impostors,
+        shown=None if impostors else shown,
+    )
 
 
 def forget(device, request):
@@ -68,10 +87,18 @@ def test_pictures_are_those_of_a_renderer_that_remembers_nothing(worker, rng):
         assert chosen["impostors"] or differing(kept, anew) == [], chosen
 
 
-@pytest.mark.parametrize(("name", "value", "drawn"), [
-    ("shading", {"display": "aliasing", "samples": 1}, []), ("test", {"bias_strategy": "constant", "bias": 0.01}, []),
-    ("test", {"kind": "id-depth"}, ["maps"]), ("warp", {"kind": "uniform"}, ["maps"]), ("light", LIGHTS[1], ["maps"]),
-    ("camera", CAMERAS[1], ["surfaces", "maps"]), ("scene", scenes.open_sheet(), ["surfaces", "maps"])])
+@pytest.mark.parametrize(
+    ("name", "value", "drawn"),
+    [
+        ("shading", {"display": "aliasing", "samples": 1}, []),
+        ("test", {"bias_strategy": "constant", "bias": 0.01}, []),
+        ("test", {"kind": "id-depth"}, ["maps"]),
+        ("warp", {"kind": "uniform"}, ["maps"]),
+        ("light", LIGHTS[1], ["maps"]),
+        ("camera", CAMERAS[1], ["surfaces", "maps"]),
+        ("scene", scenes.open_sheet(), ["surfaces", "maps"]),
+    ],
+)
 def test_only_what_a_change_touches_is_drawn_again(worker, monkeypatch, name, value, drawn):
     seen = []
 

@@ -72,8 +72,17 @@ def test_command_line_and_settings_files_are_told(words, file, told):
 def test_a_plan_says_what_means_nothing_under_its_light(kind, warp, partition):
     points = np.random.default_rng(1).uniform([-4.0, -4.0, 0.0], [4.0, 4.0, 3.0], (50, 3))
     bounds = np.array([points.min(axis=0), points.max(axis=0)])
-    plan = plan_shadows(CAMERA, LIGHTS[kind], WarpChoice(warp), PartitionChoice(partition), Settings().fit, receivers_ws=points,
-                        scene_bounds_ws=bounds, caster_bounds_ws=bounds[None], image_size=(64, 48))
+    plan = plan_shadows(
+        CAMERA,
+        LIGHTS[kind],
+        WarpChoice(warp),
+        PartitionChoice(partition),
+        Settings().fit,
+        receivers_ws=points,
+        scene_bounds_ws=bounds,
+        caster_bounds_ws=bounds[None],
+        image_size=(64, 48),
+    )
     asked = (("warp", warp, WarpChoice().kind), ("partition", partition, PartitionChoice().kind))
     expected = [reason for name, value, default in asked if value != default and (reason := unsuited(name, value, kind))]
     assert len(plan.warnings) == len(expected)

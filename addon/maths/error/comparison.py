@@ -58,6 +58,7 @@ def depth_breaks(points: np.ndarray, normals: np.ndarray, pixel_size: np.ndarray
     Two visible points belong together when at least one lies within 1.5 pixels of the other's tangent plane: creases pass, steps do not.
     `points`, `normals` (h, w, 3); `pixel_size` (h, w) metres covered by a pixel that faces the camera there.
     """
+
     def step(a: tuple[slice, slice], b: tuple[slice, slice]) -> np.ndarray:
         offset = points[b] - points[a]
         from_a, from_b = (np.abs(np.einsum("ijk,ijk->ij", offset, normals[s])) for s in (a, b))
@@ -152,12 +153,14 @@ def statistics(classes: Classes, displacement_px: np.ndarray, where: np.ndarray 
         return 100.0 * int((mask & inside).sum()) / pixels if pixels else None
 
     has_edges = displacement_px.size > 0
-    return {"pixels": pixels,
-            "misclassified_pct": percent(classes.too_dark | classes.too_light),
-            "acne_pct": percent(classes.acne),
-            "leak_pct": percent(classes.leak),
-            "edge_px_median": float(np.median(displacement_px)) if has_edges else None,
-            "edge_px_p95": float(np.percentile(displacement_px, 95.0)) if has_edges else None}
+    return {
+        "pixels": pixels,
+        "misclassified_pct": percent(classes.too_dark | classes.too_light),
+        "acne_pct": percent(classes.acne),
+        "leak_pct": percent(classes.leak),
+        "edge_px_median": float(np.median(displacement_px)) if has_edges else None,
+        "edge_px_p95": float(np.percentile(displacement_px, 95.0)) if has_edges else None,
+    }
 
 
 def difference_image(classes: Classes, lit: np.ndarray, background: np.ndarray) -> np.ndarray:

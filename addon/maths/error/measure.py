@@ -16,8 +16,15 @@ from ..view import Camera, Light
 UNBOUNDED = 1e30  # stands for an infinite error (a surface along the light's ray)
 
 
-def aliasing(camera: Camera, light: Light, plan: ShadowPlan, points_ws: np.ndarray, normals_ws: np.ndarray, image_size: tuple[int, int],
-             map_size: int) -> np.ndarray:
+def aliasing(
+    camera: Camera,
+    light: Light,
+    plan: ShadowPlan,
+    points_ws: np.ndarray,
+    normals_ws: np.ndarray,
+    image_size: tuple[int, int],
+    map_size: int,
+) -> np.ndarray:
     """(P, 3): total m = 1/|det J|, and the perspective errors m_x (along s) and m_z (along t); NaN where no map serves the point.
 
     J = ∂(texel s, t)/∂(pixel x, y) through the surface with geometric normal `normals_ws` (P, 3) (T4 (11)); for the perspective part
@@ -66,8 +73,9 @@ def total_error(grad_s: np.ndarray, grad_t: np.ndarray, grad_x: np.ndarray, grad
     return np.where(texel * UNBOUNDED > pixel, pixel / np.maximum(texel, 1e-300), UNBOUNDED)
 
 
-def perspective_errors(grad_s: np.ndarray, grad_t: np.ndarray, grad_x: np.ndarray, grad_y: np.ndarray, to_light: np.ndarray,
-                       to_eye: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def perspective_errors(
+    grad_s: np.ndarray, grad_t: np.ndarray, grad_x: np.ndarray, grad_y: np.ndarray, to_light: np.ndarray, to_eye: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(m_x, m_z), each (P,): reciprocals of the singular values of J through the plane facing the mid direction l + e.
 
     On that plane a step has the same length across the light's ray as across the view's: with c = l × e normalised, the step

@@ -51,12 +51,22 @@ class Loss:
         is_covered = self.cause in ("depth", "coordinates") and self.pixels <= SEEN_PX
         if self.ratio is None or self.ratio <= SEEN_TEXELS or is_covered:
             return None
-        return (f"Shadows may be wrong by {self.ratio:.1f} texels {self.view_depth:.3g} m from the camera (map {self.index + 1}): "
-                f"{WORDS[self.cause]}. Split what is huge, or bring the parts nearer to each other.")
+        return (
+            f"Shadows may be wrong by {self.ratio:.1f} texels {self.view_depth:.3g} m from the camera (map {self.index + 1}): "
+            f"{WORDS[self.cause]}. Split what is huge, or bring the parts nearer to each other."
+        )
 
 
-def precision_loss(plan: ShadowPlan, camera: Camera, light: Light, points_ws: np.ndarray, index: np.ndarray, map_size: int,
-                   image_size: tuple[int, int], longest_edge_m: float) -> Loss:
+def precision_loss(
+    plan: ShadowPlan,
+    camera: Camera,
+    light: Light,
+    points_ws: np.ndarray,
+    index: np.ndarray,
+    map_size: int,
+    image_size: tuple[int, int],
+    longest_edge_m: float,
+) -> Loss:
     """The worst loss over receivers `points_ws` (P, 3), each asked in map `index` (P,); −1 where none was.
 
     `longest_edge_m` of all casters, those included that are cut to the map.
@@ -66,11 +76,13 @@ def precision_loss(plan: ShadowPlan, camera: Camera, light: Light, points_ws: np
         own = points_ws[index == i]
         if not len(own) or projection.is_empty:
             continue
-        loss_m = np.stack([
-            depth_step_m(projection, light, own),
-            HALF_STEP * np.abs(own).max(axis=1),
-            *_projected(projection, light, own, plan.origin_ws, longest_edge_m),
-        ])
+        loss_m = np.stack(
+            [
+                depth_step_m(projection, light, own),
+                HALF_STEP * np.abs(own).max(axis=1),
+                *_projected(projection, light, own, plan.origin_ws, longest_edge_m),
+            ]
+        )
         footprint = np.linalg.norm(texel_footprint(projection, own, light, map_size), axis=-1).max(axis=-1)
         cause, place = np.unravel_index(np.argmax(loss_m / footprint), loss_m.shape)
         ratio = float(loss_m[cause, place] / footprint[place])
@@ -91,8 +103,9 @@ def depth_step_m(projection: ShadowProjection, light: Light, points_ws: np.ndarr
     return STEP / np.maximum(np.abs(rate), 1e-300)
 
 
-def _projected(projection: ShadowProjection, light: Light, points_ws: np.ndarray, origin_ws: np.ndarray,
-               longest_edge_m: float) -> tuple[np.ndarray, np.ndarray]:
+def _projected(
+    projection: ShadowProjection, light: Light, points_ws: np.ndarray, origin_ws: np.ndarray, longest_edge_m: float
+) -> tuple[np.ndarray, np.ndarray]:
     """(P,) twice: what the product with the map's matrix, and the rasteriser's clipping of the largest triangle, lose in metres."""
     rows = np.linalg.norm(projection.clip_from_world[[0, 1, 3], :3], axis=1).max()
     w = project(projection, points_ws)[3]

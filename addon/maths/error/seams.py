@@ -28,9 +28,7 @@ class Seam:
         return self.m_z[1] / self.m_z[0]
 
 
-def seams(
-    near: float, far: float, half_fov_rad: float, gamma_rad: float, warp: WarpChoice, partition: PartitionChoice
-) -> tuple[Seam, ...]:
+def seams(near: float, far: float, half_fov_rad: float, gamma_rad: float, warp: WarpChoice, partition: PartitionChoice) -> tuple[Seam, ...]:
     """Every border between z partitions, near to far; empty for one partition. Domain as `theory`, φ > 0.
 
     The jumps do not depend on the resolutions as long as all partitions have the same texels.

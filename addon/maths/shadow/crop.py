@@ -16,11 +16,11 @@ from ..choices import FitChoice
 from .light_space import LightSpace
 from .projection import LogWarp
 
-DEPTH_MARGIN = 1e-3   # of the depth range, on both sides
+DEPTH_MARGIN = 1e-3  # of the depth range, on both sides
 LEAST_SPAN = log2(1.0 + 1.0 / 64.0)  # of a bent log map's logarithm: below, float32 would cancel
-HIGHEST = 16.0        # footprints above the highest receiver: casters beyond are flattened onto the near plane (depth clamp)
-NEARER = 4.0          # times nearer to a lamp than the nearest receiver: likewise (depth is 1/R there, so digits are dearer)
-LEAST_SHAPE = 1e-4    # the map's short side is never less than this share of its long side (a body seen edge on)
+HIGHEST = 16.0  # footprints above the highest receiver: casters beyond are flattened onto the near plane (depth clamp)
+NEARER = 4.0  # times nearer to a lamp than the nearest receiver: likewise (depth is 1/R there, so digits are dearer)
+LEAST_SHAPE = 1e-4  # the map's short side is never less than this share of its long side (a body seen edge on)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +72,9 @@ class Cropped:
     centre: tuple[float, float]
 
 
-def crop(space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, fit: FitChoice, round_share: float,
-         least: float = 0.0) -> Cropped:
+def crop(
+    space: LightSpace, warp: Warp, receivers: Receivers, casters: Casters, fit: FitChoice, round_share: float, least: float = 0.0
+) -> Cropped:
     """The map of `receivers`: s, t ∈ [−1, 1] on all of them, with `fit`'s margin; depth from the nearest caster above down to them.
 
     `least` is the least side of the map in light space, at its far edge.
@@ -201,17 +202,20 @@ def bent(bend: float, near: float, far: float) -> tuple[float, float, float]:
     return bend, 1.0 - slope * near, slope
 
 
-def _matrix(space: LightSpace, warp: Warp, s: tuple[float, float], t: tuple[float, float], y: tuple[float, float],
-            least_w: float) -> tuple[np.ndarray, float]:
+def _matrix(
+    space: LightSpace, warp: Warp, s: tuple[float, float], t: tuple[float, float], y: tuple[float, float], least_w: float
+) -> tuple[np.ndarray, float]:
     """`clip_from_eye`, and the metres of y per unit of depth where w = 1. Depth is ±1 at the ends of `y` where w = `least_w`."""
     w_row = np.array([0.0, 0.0, warp.kappa, 1.0 - warp.kappa * warp.start])
     s_divisor = np.array([0.0, 0.0, 0.0, 1.0]) if warp.log is False else w_row
     s_mid, s_half, t_mid, t_half = 0.5 * (s[0] + s[1]), 0.5 * (s[1] - s[0]), 0.5 * (t[0] + t[1]), 0.5 * (t[1] - t[0])
     reach = 0.5 * (y[1] - y[0]) / least_w
-    rows = np.array([
-        (np.array([1.0, 0.0, 0.0, -space.apex_x]) - s_mid * s_divisor) / s_half,
-        (np.array([0.0, 0.0, 1.0, -warp.start]) - t_mid * w_row) / t_half,
-        np.array([0.0, -1.0, 0.0, 0.5 * (y[0] + y[1])]) / reach,
-        w_row,
-    ])
+    rows = np.array(
+        [
+            (np.array([1.0, 0.0, 0.0, -space.apex_x]) - s_mid * s_divisor) / s_half,
+            (np.array([0.0, 0.0, 1.0, -warp.start]) - t_mid * w_row) / t_half,
+            np.array([0.0, -1.0, 0.0, 0.5 * (y[0] + y[1])]) / reach,
+            w_row,
+        ]
+    )
     return rows @ space.from_eye, reach

@@ -58,10 +58,16 @@ def map_planes(projection: ShadowProjection, margin: float) -> np.ndarray:
     s_limit = by_one if log is not None and not log.perspective_s else by_w
     x, y, z = np.eye(3, 5)
     wide, low = 1.0 + margin, w_range(projection)[0]
-    return np.stack([
-        by_w - LEAST_W * low * by_one, wide * s_limit + x, wide * s_limit - x, wide * by_w + y, wide * by_w - y,
-        (by_w if log is None else by_one) - z,
-    ])
+    return np.stack(
+        [
+            by_w - LEAST_W * low * by_one,
+            wide * s_limit + x,
+            wide * s_limit - x,
+            wide * by_w + y,
+            wide * by_w - y,
+            (by_w if log is None else by_one) - z,
+        ]
+    )
 
 
 def cut(corners: np.ndarray, planes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

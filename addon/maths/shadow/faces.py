@@ -22,13 +22,13 @@ from ..frusta import frustum_corners
 from ..view import Camera, Light
 from .light_space import LightSpace, sun_space
 
-SPLIT_FROM = radians(100.0)   # τ₀ of LogPSM §5.1.5.3
+SPLIT_FROM = radians(100.0)  # τ₀ of LogPSM §5.1.5.3
 SPLIT_UNTIL = radians(130.0)  # τ₁
-WIDEST = radians(90.0)        # largest angle of P (τ of §5.1.5.2)
-COUNT = 6                     # four faces, two halves
-ELONGATION = 0.5              # least distance of the apex before the elongation, as a share of the elongation
-LEAST_SIZE = 0.1              # a vanishing sector's map keeps this share of the slab's size, so that its texels do not vanish
-EDGE_ON = 1e-9                # a face seen this much edge on (as a sine) has no sector
+WIDEST = radians(90.0)  # largest angle of P (τ of §5.1.5.2)
+COUNT = 6  # four faces, two halves
+ELONGATION = 0.5  # least distance of the apex before the elongation, as a share of the elongation
+LEAST_SIZE = 0.1  # a vanishing sector's map keeps this share of the slab's size, so that its texels do not vanish
+EDGE_ON = 1e-9  # a face seen this much edge on (as a sine) has no sector
 NOTHING = np.array([[0.0, 0.0, 0.0, -1.0]])  # a plane that no point is inside of
 
 _EDGES = ((2, 0), (1, 3), (0, 1), (3, 2))  # left, right, bottom, top: the corners (2 y + x) of each face
@@ -96,7 +96,7 @@ def _sectors(camera: Camera, towards: np.ndarray) -> list[Sector]:
     taking_part = [face for face, value in facing.items() if value > EDGE_ON]
     image = _Image(towards)
     widths = {face: abs(image.between(corners[_EDGES[face][0]], corners[_EDGES[face][1]])) for face in taking_part}
-    split_from = max([SPLIT_FROM, *sorted(widths.values(), reverse=True)[COUNT - 4:]])
+    split_from = max([SPLIT_FROM, *sorted(widths.values(), reverse=True)[COUNT - 4 :]])
     out = []
     for face in taking_part:
         a, b = _EDGES[face]

@@ -28,7 +28,7 @@ from .strength import RATE, RATE_SLICED, Range, steady_strength
 from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
-THINNEST = 1e-3       # least (f−n)/n of a range that is divided
+THINNEST = 1e-3  # least (f−n)/n of a range that is divided
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,9 +62,18 @@ class Sight:
 
 
 @np.errstate(under="ignore")  # float32 products of nearly parallel axes: zero is what they mean
-def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: PartitionChoice, fit: FitChoice, *,
-                 receivers_ws: np.ndarray | None, scene_bounds_ws: np.ndarray, caster_bounds_ws: np.ndarray,
-                 image_size: tuple[int, int]) -> ShadowPlan:
+def plan_shadows(
+    camera: Camera,
+    light: Light,
+    warp: WarpChoice,
+    partition: PartitionChoice,
+    fit: FitChoice,
+    *,
+    receivers_ws: np.ndarray | None,
+    scene_bounds_ws: np.ndarray,
+    caster_bounds_ws: np.ndarray,
+    image_size: tuple[int, int],
+) -> ShadowPlan:
     """The shadow maps of one light for one view.
 
     `receivers_ws` (P, 3) points of the visible surface (needed for the 'samples' fit only), `scene_bounds_ws` (2, 3), `caster_bounds_ws`
@@ -90,13 +99,25 @@ def plan_shadows(camera: Camera, light: Light, warp: WarpChoice, partition: Part
     first = sun_space(light, camera) if light.kind == "sun" else first
     origin = (camera.eye_ws + near * camera.direction_ws).astype(np.float32).astype(np.float64)
     return ShadowPlan(
-        projections, first.gamma_rad, gamma_lim, _light_from_world(first, camera), origin, near,
+        projections,
+        first.gamma_rad,
+        gamma_lim,
+        _light_from_world(first, camera),
+        origin,
+        near,
         _warnings(camera, light, warp, partition),
     )
 
 
-def _sight(camera: Camera, warp: WarpChoice, fit: FitChoice, receivers: np.ndarray | None, scene_bounds: np.ndarray, casters: np.ndarray,
-           image_size: tuple[int, int]) -> Sight:
+def _sight(
+    camera: Camera,
+    warp: WarpChoice,
+    fit: FitChoice,
+    receivers: np.ndarray | None,
+    scene_bounds: np.ndarray,
+    casters: np.ndarray,
+    image_size: tuple[int, int],
+) -> Sight:
     """Everything moved to the eye, where float32 is finest."""
     eye = camera.eye_ws
     body = hexahedron(frustum_corners(camera, camera.near, camera.far))
@@ -159,8 +180,7 @@ def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: Partiti
     return tuple(out)
 
 
-def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool,
-          halved: bool) -> Iterator[ShadowProjection]:
+def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool, halved: bool) -> Iterator[ShadowProjection]:
     """One projection per slab between the splits or, `along` the light's rays, one per slice worth as much, or two if it is `halved`."""
     rows, depths = _light_rows(sight, space)
     casters = _casters(sight.boxes, space)
@@ -177,8 +197,9 @@ def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along:
             if len(half):
                 receivers, fitted = _contents(sight, space, rows, depths, heights, slices, i, half)
                 whole = _one_map(sight, space, receivers, casters, fitted, own)
-            yield ShadowProjection(**whole, near=near, far=far, face=face, is_cut_along_light=slices.along,
-                                   region_planes_ws=_region(space, sight.camera, own))
+            yield ShadowProjection(
+                **whole, near=near, far=far, face=face, is_cut_along_light=slices.along, region_planes_ws=_region(space, sight.camera, own)
+            )
 
 
 def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: LightSpace, sight: Sight) -> list[np.ndarray]:
@@ -211,8 +232,14 @@ def _slices(sight: Sight, space: LightSpace, splits: np.ndarray, rows: np.ndarra
     """The partitions of a sun's space along its rays."""
     contents = sight.body if rows is None else (depths, rows[2])
     near, far, phi = float(splits[0]), float(splits[-1]), sight.camera.half_fov_rad
-    return along_light(splits, sight.camera.direction_ws, space, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf,
-                       _side_angle(sight.camera, space), contents)
+    return along_light(
+        splits,
+        sight.camera.direction_ws,
+        space,
+        gamma_lim_rad(near, far, phi) if phi > 0.0 else inf,
+        _side_angle(sight.camera, space),
+        contents,
+    )
 
 
 def _region(space: LightSpace, camera: Camera, cuts: np.ndarray) -> np.ndarray:
@@ -254,8 +281,16 @@ def _casters(boxes: np.ndarray, space: LightSpace) -> Casters:
     return Casters(0.5 * (lower + upper), 0.5 * (upper - lower))
 
 
-def _contents(sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, heights: np.ndarray | None,
-              slices: Slices, i: int, half: np.ndarray) -> tuple[Receivers | None, tuple[float, float]]:
+def _contents(
+    sight: Sight,
+    space: LightSpace,
+    rows: np.ndarray | None,
+    depths: np.ndarray | None,
+    heights: np.ndarray | None,
+    slices: Slices,
+    i: int,
+    half: np.ndarray,
+) -> tuple[Receivers | None, tuple[float, float]]:
     """Partition i's receivers in light space (None where there are none), and their own view-depth range."""
     empty = float(slices.splits[0 if slices.along else i]), float(slices.splits[-1 if slices.along else i + 1])
     if rows is None:
@@ -283,8 +318,9 @@ def _cut(body: Body, space: LightSpace) -> Body:
     return body if space.planes is None else body.clipped(space.planes)
 
 
-def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters,
-             fitted: tuple[float, float], cuts: np.ndarray) -> dict[str, object]:
+def _one_map(
+    sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters, fitted: tuple[float, float], cuts: np.ndarray
+) -> dict[str, object]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths, crop to the receivers."""
     near, far = fitted
     hull = _hull(sight, space, near, far, cuts)
@@ -305,9 +341,15 @@ def _one_map(sight: Sight, space: LightSpace, receivers: Receivers | None, caste
     cropped = crop(space, warp, lit, casters, sight.fit, round_share, least)
     parameter = depth_m / (warp.kappa * depth) if warp.kappa else inf
     eta = eta_from_parameter(parameter, near, far, depth_m) if near > 0.0 else -1.0
-    return {"clip_from_world": cropped.clip_from_eye @ translation(-sight.camera.eye_ws), "log": cropped.log, "warp_parameter": parameter,
-            "eta": eta, "light_depth_range": _light_depths(space, sight.camera, cropped.y_range, cropped.centre),
-            "is_empty": receivers is None, "fitted_range": (near, far)}
+    return {
+        "clip_from_world": cropped.clip_from_eye @ translation(-sight.camera.eye_ws),
+        "log": cropped.log,
+        "warp_parameter": parameter,
+        "eta": eta,
+        "light_depth_range": _light_depths(space, sight.camera, cropped.y_range, cropped.centre),
+        "is_empty": receivers is None,
+        "fitted_range": (near, far),
+    }
 
 
 def _hull(sight: Sight, space: LightSpace, near: float, far: float, cuts: np.ndarray) -> np.ndarray:
@@ -365,5 +407,11 @@ def _reach_of(space: LightSpace) -> np.ndarray:
     across = side[0] - side[1], side[2] - side[3]
     u, v = (space.slope * e / np.linalg.norm(e) for e in across)
     reach = space.least / NEAREST
-    return np.array([space.position + d * (space.travel_ws + a * u + b * v)
-                     for d in (2.0 * space.least, reach) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+    return np.array(
+        [
+            space.position + d * (space.travel_ws + a * u + b * v)
+            for d in (2.0 * space.least, reach)
+            for a in (-1.0, 1.0)
+            for b in (-1.0, 1.0)
+        ]
+    )

@@ -17,10 +17,10 @@ import numpy as np
 
 from ..view import Camera, Light, gamma_rad
 
-ROUND_BELOW = radians(18.0)   # the blend starts here, or at γ_lim where that is smaller
-ROUND_LEAST = radians(4.0)    # but never later than here
-NEAREST = 1e-4                # of its reach: what is nearer to a finite light is not shadowed
-ROUND_CORE = 0.2              # share of that angle in which the rectangle is the circle's square
+ROUND_BELOW = radians(18.0)  # the blend starts here, or at γ_lim where that is smaller
+ROUND_LEAST = radians(4.0)  # but never later than here
+NEAREST = 1e-4  # of its reach: what is nearer to a finite light is not shadowed
+ROUND_CORE = 0.2  # share of that angle in which the rectangle is the circle's square
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +62,9 @@ def sun_space(light: Light, camera: Camera) -> LightSpace:
     return LightSpace(from_eye, 0.0, gamma_rad(towards, camera.direction_ws), -towards, -towards, _upright(axes, camera))
 
 
-def cone_space(position: np.ndarray, travel: np.ndarray, half_angle_rad: float, reach: float, camera: Camera,
-               pyramid: np.ndarray | None = None) -> LightSpace:
+def cone_space(
+    position: np.ndarray, travel: np.ndarray, half_angle_rad: float, reach: float, camera: Camera, pyramid: np.ndarray | None = None
+) -> LightSpace:
     """Light space of a finite light at `position` (relative to the eye), looking along `travel` (unit).
 
     It serves the pyramid of `half_angle_rad` round `travel`, from `NEAREST`·`reach` to `reach` metres; its sides are upright on the rows of

@@ -28,13 +28,13 @@ from ..choices import PartitionChoice
 from ..frusta import Body
 from .light_space import LightSpace, round_core
 
-PER_PARTITION = 4                 # slices of a partition in which its density is spread evenly
-MOST_SAMPLES = 32_768             # receivers that the density is taken from
-SLACK = 1e-6                      # of the heights: what is this near to a cut along the light counts on both sides, as rounding may decide
-SHALLOW, DEEP = 2.0, 8.0          # f/n up to which a view is shallow, from which it is deep
+PER_PARTITION = 4  # slices of a partition in which its density is spread evenly
+MOST_SAMPLES = 32_768  # receivers that the density is taken from
+SLACK = 1e-6  # of the heights: what is this near to a cut along the light counts on both sides, as rounding may decide
+SHALLOW, DEEP = 2.0, 8.0  # f/n up to which a view is shallow, from which it is deep
 TURNED = radians(28), radians(35)  # γ from which the planes are turned as far as they go, in a shallow and in a deep view
-UPRIGHT_BELOW = radians(30)       # γ below which the line between halves turns upright
-CLEAR = radians(8.0)              # angle that they keep from the side of a deep frustum
+UPRIGHT_BELOW = radians(30)  # γ below which the line between halves turns upright
+CLEAR = radians(8.0)  # angle that they keep from the side of a deep frustum
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,8 +112,9 @@ def smooth(x: float, start: float, end: float) -> float:
     return share * share * (3.0 - 2.0 * share)
 
 
-def along_light(splits: np.ndarray, view: np.ndarray, space: LightSpace, gamma_lim: float, side: float,
-                contents: Body | tuple[np.ndarray, np.ndarray]) -> Slices:
+def along_light(
+    splits: np.ndarray, view: np.ndarray, space: LightSpace, gamma_lim: float, side: float, contents: Body | tuple[np.ndarray, np.ndarray]
+) -> Slices:
     """As many partitions along the sun's rays as `splits` bound; `contents` is what they are fitted to: a body, or the receivers' (view
     depths, z of light space). Without contents the slabs of the view, which are as empty.
     """
@@ -158,8 +159,9 @@ def _of_body(body: Body, fine: np.ndarray, view: np.ndarray, normal: np.ndarray)
     return u, np.clip((u[:, None] - low) / np.maximum(high - low, 1e-9 * (u[-1] - u[0]) + 1e-300), 0.0, 1.0).mean(axis=1)
 
 
-def _of_samples(depths: np.ndarray, z_ls: np.ndarray, fine: np.ndarray, weights: tuple[float, float]
-                ) -> tuple[np.ndarray, np.ndarray] | None:
+def _of_samples(
+    depths: np.ndarray, z_ls: np.ndarray, fine: np.ndarray, weights: tuple[float, float]
+) -> tuple[np.ndarray, np.ndarray] | None:
     """(heights, share of the density below them): each slice's weight shared by its receivers; slices without any have none."""
     if not len(depths):
         return None
@@ -171,4 +173,3 @@ def _of_samples(depths: np.ndarray, z_ls: np.ndarray, fine: np.ndarray, weights:
     order = np.argsort(u)
     share = np.cumsum(weight[order])
     return u[order], share / share[-1]
-

@@ -15,7 +15,7 @@ from ..geometry.draw_list import DrawList
 from ..gl.gl_raw import BufferTexture
 from .large_casters import triangles_of
 
-STEPS = 256.0       # edges longer than so many nearest view depths: there float32's noise is 1/8000 of what is seen
+STEPS = 256.0  # edges longer than so many nearest view depths: there float32's noise is 1/8000 of what is seen
 
 
 class LargePlanes:

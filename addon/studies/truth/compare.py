@@ -35,8 +35,11 @@ def pixel_size(truth: Truth, camera: Camera) -> np.ndarray:
 
 def truth_edges(truth: Truth, camera: Camera) -> tuple[comparison.Cracks, comparison.Cracks]:
     """All edges of the truth (shadow, depth, object, horizon of the light), and of them the shadow edges on one lit-facing surface."""
-    surface = (comparison.changes(truth.object) | comparison.changes(truth.lit_facing)
-               | comparison.depth_breaks(truth.point_ws, truth.normal_ws, pixel_size(truth, camera)))
+    surface = (
+        comparison.changes(truth.object)
+        | comparison.changes(truth.lit_facing)
+        | comparison.depth_breaks(truth.point_ws, truth.normal_ws, pixel_size(truth, camera))
+    )
     shadow = comparison.changes(truth.lit)
     return surface | shadow, shadow & ~surface & comparison.both(truth.lit_facing)
 
@@ -55,8 +58,9 @@ def counted_pixels(frame: Frame, truth: Truth) -> np.ndarray:
     return same & truth.lit_facing
 
 
-def compare(frame: Frame, truth: Truth, camera: Camera, light: Light, map_size: int,
-            tracer: TruthTracer | None = None) -> tuple[dict[str, object], np.ndarray]:
+def compare(
+    frame: Frame, truth: Truth, camera: Camera, light: Light, map_size: int, tracer: TruthTracer | None = None
+) -> tuple[dict[str, object], np.ndarray]:
     """The contract's `truth` dictionary (with one more key, `partitions`: the same for each), and the difference image (h, w, 3).
 
     `frame` needs the passes in `COMPARED_PASSES`. With `tracer`, what looks like acne or a leak must also stand when the truth is asked
@@ -74,13 +78,24 @@ def compare(frame: Frame, truth: Truth, camera: Camera, light: Light, map_size: 
     displacement, where = comparison.edge_displacements_px(shadow_edges, preview_edges)
     served_by = partition[tuple(where.T)]
     metrics: dict[str, object] = comparison.statistics(classes, displacement)
-    metrics["partitions"] = [{"index": i, **comparison.statistics(classes, displacement[served_by == i], partition == i)}
-                             for i in range(len(frame.plan.projections))]
+    metrics["partitions"] = [
+        {"index": i, **comparison.statistics(classes, displacement[served_by == i], partition == i)}
+        for i in range(len(frame.plan.projections))
+    ]
     return metrics, comparison.difference_image(classes, truth.lit, truth.object < 0)
 
 
-def uniform_around(wrong: np.ndarray, truth: Truth, camera: Camera, light: Light, edges: comparison.Cracks, plan: ShadowPlan,
-                   partition: np.ndarray, map_size: int, tracer: TruthTracer | None) -> np.ndarray:
+def uniform_around(
+    wrong: np.ndarray,
+    truth: Truth,
+    camera: Camera,
+    light: Light,
+    edges: comparison.Cracks,
+    plan: ShadowPlan,
+    partition: np.ndarray,
+    map_size: int,
+    tracer: TruthTracer | None,
+) -> np.ndarray:
     """(K,) whether the truth is uniform around K pixels (K, 2: row, column): no edge within two pixels or a texel's footprint."""
     height, width = truth.depth.shape
     at = tuple(wrong.T)
@@ -93,8 +108,9 @@ def uniform_around(wrong: np.ndarray, truth: Truth, camera: Camera, light: Light
     return uniform
 
 
-def disturbed(tracer: TruthTracer, truth: Truth, centres: np.ndarray, radius: np.ndarray, camera: Camera, light: Light,
-              size: tuple[int, int]) -> np.ndarray:
+def disturbed(
+    tracer: TruthTracer, truth: Truth, centres: np.ndarray, radius: np.ndarray, camera: Camera, light: Light, size: tuple[int, int]
+) -> np.ndarray:
     """(K,) whether a shadow, another object or another side lies within `radius` pixels (K,) of K `centres`, found between pixel centres.
 
     A sunflower of points covers the disc evenly; deterministic.
@@ -108,8 +124,15 @@ def disturbed(tracer: TruthTracer, truth: Truth, centres: np.ndarray, radius: np
     return differs.any(axis=1)
 
 
-def compare_view(scene: Scene, camera: Camera, light: Light, settings: Settings, size: tuple[int, int], renderer: Renderer,
-                 tracer: TruthTracer | None = None) -> tuple[Frame, Truth, dict[str, object], np.ndarray]:
+def compare_view(
+    scene: Scene,
+    camera: Camera,
+    light: Light,
+    settings: Settings,
+    size: tuple[int, int],
+    renderer: Renderer,
+    tracer: TruthTracer | None = None,
+) -> tuple[Frame, Truth, dict[str, object], np.ndarray]:
     """Render one view and compare it: (frame, truth, metrics, difference image).
 
     Pass the `tracer` of the scene to compare more than one view of it: building it takes seconds per million triangles.

@@ -36,8 +36,9 @@ def _on_tangent_planes(camera: Camera, surface: Truth, pixels: np.ndarray, size:
     return origins + directions * (height / slope)[:, None]
 
 
-def texel_extent_px(surface: Truth, pixels: np.ndarray, camera: Camera, size: tuple[int, int], plan: ShadowPlan, partition: np.ndarray,
-                    map_size: int) -> np.ndarray:
+def texel_extent_px(
+    surface: Truth, pixels: np.ndarray, camera: Camera, size: tuple[int, int], plan: ShadowPlan, partition: np.ndarray, map_size: int
+) -> np.ndarray:
     """(K,) the longest extent of a texel's footprint in pixels: 1/σ_min of J = ∂(texel s, texel t)/∂(pixel x, pixel y) (method §1).
 
     `surface` K visible points at pixel coordinates `pixels` (K, 2) of a picture of `size`; `partition` (K,) the map that serves each

@@ -106,15 +106,17 @@ class TruthTracer:
         facing = np.einsum("ij,ij->i", normal, to_light)
         lit_facing = seen & in_cone & (facing > LEAST_FACING)
         lit = lit_facing.copy()
-        lit[lit_facing] = ~self._blocked(point[lit_facing], normal[lit_facing], triangle[lit_facing],
-                                         to_light[lit_facing], light_distance[lit_facing])
+        lit[lit_facing] = ~self._blocked(
+            point[lit_facing], normal[lit_facing], triangle[lit_facing], to_light[lit_facing], light_distance[lit_facing]
+        )
         depth = np.where(seen, (point - camera.eye_ws) @ camera.direction_ws, np.inf)
         object_id = np.full(len(pixels), -1, dtype=np.int32)
         object_id[seen] = self.triangles.object_id[triangle[seen]]
         return Truth(depth, object_id, triangle, point, normal, facing, lit_facing, lit)
 
-    def _surface(self, origins: np.ndarray, directions: np.ndarray, triangle: np.ndarray,
-                 distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _surface(
+        self, origins: np.ndarray, directions: np.ndarray, triangle: np.ndarray, distance: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Points exactly in the plane of the triangles hit, and normals turned to the viewer.
 
         A ray within 0.001° of the plane keeps the tracer's own distance: the plane would amplify noise instead of removing it.
@@ -126,8 +128,9 @@ class TruthTracer:
         exact = np.where(steep, height / np.where(steep, slope, 1.0), distance)
         return origins + directions * exact[:, None], np.where(slope[:, None] > 0.0, -normal, normal)
 
-    def _blocked(self, point: np.ndarray, normal: np.ndarray, triangle: np.ndarray, to_light: np.ndarray,
-                 light_distance: np.ndarray) -> np.ndarray:
+    def _blocked(
+        self, point: np.ndarray, normal: np.ndarray, triangle: np.ndarray, to_light: np.ndarray, light_distance: np.ndarray
+    ) -> np.ndarray:
         """Whether something other than the surface itself lies between the points and the light (which has the same noise).
 
         A hit whose plane passes within the noise of the point is the surface itself, found by the tracer's rounding (on long slivers it

@@ -111,8 +111,10 @@ def test_the_classes_are_what_their_names_say(seed):
         parts = [comparison.statistics(classes, np.empty(0), partition == k) for k in range(3)]
         agree(sum(part[key] * part["pixels"] for part in parts if part["pixels"]), whole[key] * whole["pixels"], rel=1e-6)
     image = comparison.difference_image(classes, lit, np.zeros_like(lit))
-    colored = {tuple(np.float32(c)): [tuple(p) for p in np.argwhere((image == np.float32(c)).all(axis=-1))]
-               for c in (comparison.ACNE_COLOR, comparison.LEAK_COLOR, comparison.EDGE_COLOR)}
+    colored = {
+        tuple(np.float32(c)): [tuple(p) for p in np.argwhere((image == np.float32(c)).all(axis=-1))]
+        for c in (comparison.ACNE_COLOR, comparison.LEAK_COLOR, comparison.EDGE_COLOR)
+    }
     assert list(colored.values()) == [acne, leak, [p for p in wrong if p not in acne + leak]]
 
 

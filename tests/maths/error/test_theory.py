@@ -25,9 +25,18 @@ partitions = st.builds(PartitionChoice, st.sampled_from(PARTITIONS), st.integers
 
 @pytest.mark.parametrize(
     "warp, partition, count, storage",
-    [("uniform", "none", 1, 865159), ("psm", "none", 1, 865.16), ("lispsm", "none", 1, 865.16), ("lispsm-general", "none", 1, 865.16),
-     ("uniform", "z-log", 4, 90.06), ("lispsm", "z-log", 4, 16.016), ("lispsm-general", "z-log", 8, 9.501), ("logpsm", "none", 1, 5.982),
-     ("logpsm", "z-log", 8, 5.982), ("lispsm-general", "z-adaptive", 4, 16.016)],
+    [
+        ("uniform", "none", 1, 865159),
+        ("psm", "none", 1, 865.16),
+        ("lispsm", "none", 1, 865.16),
+        ("lispsm-general", "none", 1, 865.16),
+        ("uniform", "z-log", 4, 90.06),
+        ("lispsm", "z-log", 4, 16.016),
+        ("lispsm-general", "z-log", 8, 9.501),
+        ("logpsm", "none", 1, 5.982),
+        ("logpsm", "z-log", 8, 5.982),
+        ("lispsm-general", "z-adaptive", 4, 16.016),
+    ],
 )
 def test_storage_factors_of_the_texts(warp, partition, count, storage):
     total = theory(1.0, 1000.0, radians(30), pi / 2, WarpChoice(warp), PartitionChoice(partition, count))["total"]
@@ -102,8 +111,14 @@ def test_orthographic_cameras_have_splits_but_no_theory():
 
 @pytest.mark.parametrize(
     "near, far, phi, gamma",
-    [(2.0, 1.0, 0.5, 1.0), (0.0, 1.0, 0.5, 1.0), (1.0, 2.0, pi / 2, 1.0), (1.0, inf, 0.5, 1.0),
-     (1.0, 2.0, float("nan"), 1.0), (1.0, 2.0, 0.5, -0.1)],
+    [
+        (2.0, 1.0, 0.5, 1.0),
+        (0.0, 1.0, 0.5, 1.0),
+        (1.0, 2.0, pi / 2, 1.0),
+        (1.0, inf, 0.5, 1.0),
+        (1.0, 2.0, float("nan"), 1.0),
+        (1.0, 2.0, 0.5, -0.1),
+    ],
 )
 def test_impossible_views_are_refused(near, far, phi, gamma):
     with pytest.raises(SettingsError):

@@ -52,15 +52,17 @@ def casters_round(points, seed=0, count=40, size=2.0):
     return np.stack([centre - half, centre + half], axis=1)
 
 
-def plan_of(camera, light, points, bounds, warp="lispsm-general", partition="none", kind="samples", casters=None, size=512, margin=1.0,
-            **more):
+def plan_of(
+    camera, light, points, bounds, warp="lispsm-general", partition="none", kind="samples", casters=None, size=512, margin=1.0, **more
+):
     """`plan_shadows` with short names."""
     warp = warp if isinstance(warp, WarpChoice) else WarpChoice(warp)
     partition = partition if isinstance(partition, PartitionChoice) else PartitionChoice(partition, **more)
     casters = casters_round(points) if casters is None else casters
     choice = FitChoice(kind, size=size, margin_texels=margin)
-    return fit.plan_shadows(camera, light, warp, partition, choice, receivers_ws=points, scene_bounds_ws=bounds, caster_bounds_ws=casters,
-                            image_size=IMAGE)
+    return fit.plan_shadows(
+        camera, light, warp, partition, choice, receivers_ws=points, scene_bounds_ws=bounds, caster_bounds_ws=casters, image_size=IMAGE
+    )
 
 
 def texel_sizes(plan, light, size=512):

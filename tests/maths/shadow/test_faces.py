@@ -25,8 +25,12 @@ def _light(camera, seed):
     return Light("sun", unit(direction * rng.choice([-1.0, 1.0])))
 
 
-@given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS_TRIED), partition=st.sampled_from(["faces", "faces-z"]),
-       kind=st.sampled_from(["frustum", "scene", "samples"]))
+@given(
+    seed=st.integers(0, 100_000),
+    warp=st.sampled_from(WARPS_TRIED),
+    partition=st.sampled_from(["faces", "faces-z"]),
+    kind=st.sampled_from(["frustum", "scene", "samples"]),
+)
 @settings(max_examples=60)
 def test_every_receiver_has_exactly_one_face_and_falls_inside_its_map(seed, warp, partition, kind):
     camera = _camera()
@@ -75,7 +79,7 @@ def test_faces_turned_away_are_culled_and_a_light_along_the_view_has_all_four():
         return {p.face for p in plan.projections if not p.is_empty}
 
     assert served(2.0, True) == served(2.0, False) == {0, 1, 2, 3}
-    assert served(60.0, True) == {0, 1, 2}   # above and ahead: the rays leave through the bottom and the sides
+    assert served(60.0, True) == {0, 1, 2}  # above and ahead: the rays leave through the bottom and the sides
     assert served(60.0, False) == {0, 1, 3}  # above and behind: they enter through the top and the sides
 
 

@@ -241,8 +241,17 @@ def test_texel_sizes_are_steady_at_other_distances_and_for_a_light_ahead(beside)
 def test_samples_fit_without_samples_is_refused():
     camera = camera_at((0, -30, 15), (0, 5, 0))
     with pytest.raises(ValueError, match="receivers_ws"):
-        plan_shadows(camera, sun_at(camera, 50.0), WarpChoice(), PartitionChoice(), FitChoice("samples"), receivers_ws=None,
-                     scene_bounds_ws=BOUNDS, caster_bounds_ws=np.zeros((0, 2, 3)), image_size=IMAGE)
+        plan_shadows(
+            camera,
+            sun_at(camera, 50.0),
+            WarpChoice(),
+            PartitionChoice(),
+            FitChoice("samples"),
+            receivers_ws=None,
+            scene_bounds_ws=BOUNDS,
+            caster_bounds_ws=np.zeros((0, 2, 3)),
+            image_size=IMAGE,
+        )
 
 
 def test_a_frustum_fit_covers_the_corners_of_every_slab_exactly():

@@ -49,7 +49,8 @@ def test_no_other_splits_have_a_smaller_largest_error(view, count, which, shift)
 @given(views(), counts, reals(0.0, 1.0))
 def test_pssm_is_the_weighted_mean_of_log_and_linear(view, count, weight):
     log, linear, pssm = (
-        split_distances(PartitionChoice(kind, count, weight), view.near, view.far, view.gamma) for kind in ("z-log", "z-linear", "z-pssm"))
+        split_distances(PartitionChoice(kind, count, weight), view.near, view.far, view.gamma) for kind in ("z-log", "z-linear", "z-pssm")
+    )
     agree(pssm, weight * log + (1 - weight) * linear, rel=1e-12)
     agree(np.diff(linear), (view.far - view.near) / count, rel=1e-6)
 

@@ -62,8 +62,13 @@ def test_with_the_light_across_the_view_the_cuts_are_the_schemes_splits(scheme):
             assert np.allclose(np.abs(plane[:3] @ camera.direction_ws), 1.0)
 
 
-@given(gamma=st.integers(FULLY_TURNED_DEG, 120), azimuth=st.integers(0, 359), scheme=st.sampled_from(SCHEMES),
-       count=st.integers(2, 8), kind=st.sampled_from(["frustum", "scene", "samples"]))
+@given(
+    gamma=st.integers(FULLY_TURNED_DEG, 120),
+    azimuth=st.integers(0, 359),
+    scheme=st.sampled_from(SCHEMES),
+    count=st.integers(2, 8),
+    kind=st.sampled_from(["frustum", "scene", "samples"]),
+)
 @settings(max_examples=40)
 def test_maps_along_the_light_contain_its_rays_and_do_not_overlap(gamma, azimuth, scheme, count, kind):
     camera = seen_from(azimuth, 25.0, 60.0)
@@ -81,8 +86,13 @@ def test_maps_along_the_light_contain_its_rays_and_do_not_overlap(gamma, azimuth
     assert all(a[1] <= b[0] + 1e-6 for a, b in zip(reach, reach[1:], strict=False))
 
 
-@given(seed=st.integers(0, 10_000), gamma=st.integers(0, 180), count=st.integers(1, 8), scheme=st.sampled_from(SCHEMES),
-       cut=st.sampled_from(CUTS))
+@given(
+    seed=st.integers(0, 10_000),
+    gamma=st.integers(0, 180),
+    count=st.integers(1, 8),
+    scheme=st.sampled_from(SCHEMES),
+    cut=st.sampled_from(CUTS),
+)
 @settings(max_examples=40)
 def test_every_receiver_is_served_once_whatever_the_angle(seed, gamma, count, scheme, cut):
     rng = np.random.default_rng(seed)

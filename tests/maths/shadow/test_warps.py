@@ -137,8 +137,11 @@ def test_tsm_gives_eighty_per_cent_of_the_map_to_what_lies_before_its_focus(view
 
 def choices():
     plain = [WarpChoice(kind, convergence=r) for kind in WARPS for r in CONVERGENCES]
-    return plain + [WarpChoice(kind, pseudo_near=3.0) for kind in WARPS] + [
-        *(WarpChoice(eta=eta) for eta in (-1.0, -0.3, 0.0, 1.0)), *(WarpChoice(parameter=p) for p in (1e-300, 2.0, 1e300, inf))]
+    return (
+        plain
+        + [WarpChoice(kind, pseudo_near=3.0) for kind in WARPS]
+        + [*(WarpChoice(eta=eta) for eta in (-1.0, -0.3, 0.0, 1.0)), *(WarpChoice(parameter=p) for p in (1e-300, 2.0, 1e300, inf))]
+    )
 
 
 @pytest.mark.parametrize("choice", choices(), ids=str)
@@ -266,7 +269,11 @@ TRIOS = {
     "logarithmic": (spacing.logarithmic_forward, spacing.logarithmic_inverse, spacing.logarithmic_derivative, ()),
     **{
         f"log+perspective b={b}": (
-            spacing.log_perspective_forward, spacing.log_perspective_inverse, spacing.log_perspective_derivative, (b,))
+            spacing.log_perspective_forward,
+            spacing.log_perspective_inverse,
+            spacing.log_perspective_derivative,
+            (b,),
+        )
         for b in (inf, 0.03, 7.0, -1.2, -40.0)
     },
 }
