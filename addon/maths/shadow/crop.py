@@ -8,11 +8,12 @@ it moves the map's edges, never the apex, so the spacing of texels stays the the
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import copysign, cos, inf, log2, sin
+from math import copysign, cos, inf, log2, sin, sqrt
 
 import numpy as np
 
 from ..choices import FitChoice
+from ..frusta import box_corners
 from .light_space import LightSpace
 from .projection import LogWarp
 
@@ -60,6 +61,25 @@ class Casters:
         for axis, (lo, hi) in ((0, x), (2, z)):
             overlap &= (self.centre[:, axis] + self.half[:, axis] >= lo) & (self.centre[:, axis] - self.half[:, axis] <= hi)
         return float((self.centre[:, 1] + self.half[:, 1])[overlap].max(initial=-inf))
+
+
+def casters_in(space: LightSpace, boxes: np.ndarray) -> Casters:
+    """The casters' boxes in light space: bounds of the turned boxes (sun), or of their images and nearest points."""
+    if space.position is None:
+        centre, half = boxes.mean(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
+        axes = space.from_eye[:3, :3]
+        return Casters(centre @ axes.T, half @ np.abs(axes).T)
+    h = box_corners(boxes) @ space.from_eye[:, :3].T + space.from_eye[:, 3]
+    ahead = h[..., 3].max(axis=1, initial=-inf) > space.least
+    h, boxes = h[ahead], boxes[ahead]
+    gap = np.linalg.norm(np.maximum(0.0, np.maximum(boxes[:, 0] - space.position, space.position - boxes[:, 1])), axis=1)
+    nearest = np.maximum(h[..., 3].min(axis=1), np.maximum(space.least, gap / sqrt(1.0 + 2.0 * space.slope**2)))
+    beside = h[..., 3].min(axis=1) < space.least  # it reaches behind the light: its image is unbounded
+    r = np.maximum(h[..., 3], space.least)
+    lower = np.where(beside[:, None], -1e30, (h[..., :3] / r[..., None]).min(axis=1))
+    upper = np.where(beside[:, None], 1e30, (h[..., :3] / r[..., None]).max(axis=1))
+    lower[:, 1] = upper[:, 1] = 1.0 / nearest
+    return Casters(0.5 * (lower + upper), 0.5 * (upper - lower))
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from ..choices import FitChoice, PartitionChoice, WarpChoice, unsuited
 from ..frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
 from ..spaces import translation
 from ..view import Camera, Light
-from .crop import Casters, Receivers, Warp, crop
+from .crop import Casters, Receivers, Warp, casters_in, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
@@ -183,7 +183,7 @@ def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: Partiti
 def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool, halved: bool) -> Iterator[ShadowProjection]:
     """One projection per slab between the splits or, `along` the light's rays, one per slice worth as much, or two if it is `halved`."""
     rows, depths = _light_rows(sight, space)
-    casters = _casters(sight.boxes, space)
+    casters = casters_in(space, sight.boxes)
     slices = _slices(sight, space, splits, rows, depths) if along else across_view(splits, sight.camera.direction_ws)
     heights = None if rows is None else slices.heights(depths, rows[2])
     for i in range(slices.count):
@@ -260,25 +260,6 @@ def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.
     inside = np.flatnonzero((planes[:, :3] @ sight.samples >= -planes[:, 3:]).all(axis=0))
     h = axes[:, :3] @ sight.samples.take(inside, axis=1) + axes[:, 3:]
     return h[:3] / h[3], sight.depths[inside]
-
-
-def _casters(boxes: np.ndarray, space: LightSpace) -> Casters:
-    """The casters' boxes in light space: bounds of the turned boxes (sun), or of their images and nearest points."""
-    if space.position is None:
-        centre, half = boxes.mean(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
-        axes = space.from_eye[:3, :3]
-        return Casters(centre @ axes.T, half @ np.abs(axes).T)
-    h = box_corners(boxes) @ space.from_eye[:, :3].T + space.from_eye[:, 3]
-    ahead = h[..., 3].max(axis=1, initial=-inf) > space.least
-    h, boxes = h[ahead], boxes[ahead]
-    gap = np.linalg.norm(np.maximum(0.0, np.maximum(boxes[:, 0] - space.position, space.position - boxes[:, 1])), axis=1)
-    nearest = np.maximum(h[..., 3].min(axis=1), np.maximum(space.least, gap / sqrt(1.0 + 2.0 * space.slope**2)))
-    beside = h[..., 3].min(axis=1) < space.least  # it reaches behind the light: its image is unbounded
-    r = np.maximum(h[..., 3], space.least)
-    lower = np.where(beside[:, None], -1e30, (h[..., :3] / r[..., None]).min(axis=1))
-    upper = np.where(beside[:, None], 1e30, (h[..., :3] / r[..., None]).max(axis=1))
-    lower[:, 1] = upper[:, 1] = 1.0 / nearest
-    return Casters(0.5 * (lower + upper), 0.5 * (upper - lower))
 
 
 def _contents(
