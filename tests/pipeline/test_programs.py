@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from addon.pipeline import programs
-from addon.pipeline.settings import Settings
+from addon.pipeline.gl import programs
+from addon.settings.groups import Settings
 from tests import scenes
 
 CAMERA = scenes.look_at((14.0, -16.0, 9.0), (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0)
