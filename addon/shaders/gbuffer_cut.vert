@@ -1,4 +1,4 @@
-// Camera pass: pieces of large triangles, cut and projected in float64 (pipeline/large_surfaces.py).
+// Camera pass: pieces of large triangles, cut and projected in float64 (pipeline/passes/large_surfaces.py).
 in vec3 in_seen;   // clip x, clip y, metres behind the near plane
 in vec3 in_normal_ws;
 in uint in_slot;
