@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from addon.errors import CadFileError, OutputError
-from addon.scene import cad
+from addon.scene import cad, user_files
 from addon.scene.cad import companions, threemf
-from addon.studies import outputs, user_files
+from addon.studies import outputs
 
 FACE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl blue\nf 1 2 3\n"
 BLUE = "newmtl blue\nKd 0 0 1\n"

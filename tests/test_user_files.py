@@ -15,7 +15,8 @@ from addon.errors import OutputError
 from addon.images.exr import encode_exr
 from addon.images.png import encode_png
 from addon.images.whole import check_picture
-from addon.studies import outputs, scratch, user_files
+from addon.scene import user_files
+from addon.studies import outputs, scratch
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="named pipes, links and modes as POSIX has them")
 OLD = b"what the user had"
