@@ -10,7 +10,7 @@ from mathutils import Matrix
 from ..blender import sources
 from ..blender.snapshot.cameras import matrix, rigid_inverse
 from ..errors import SceneError
-from ..scene.default_view import VIEWS, camera_for_view, corners, depth_range
+from ..scene.default_view import VIEWS, camera_for_view, depth_range
 from ..scene.records import Scene
 from .background import JobOperator, PendingView, Ready
 
@@ -59,7 +59,7 @@ class CAD_SHADOW_OT_fit_clip(SceneOperator, bpy.types.Operator):
         """Set the distances."""
         space, camera = free_viewport(context), context.scene.camera
         world_from_view = space.region_3d.view_matrix.inverted() if space else camera.matrix_world
-        near, far = depth_range(rigid_inverse(matrix(world_from_view), scene.origin_ws), corners(scene.instance_bounds_ws()))
+        near, far = depth_range(rigid_inverse(matrix(world_from_view), scene.origin_ws), scene)
         if far < 1e-5:
             raise SceneError("Everything lies behind the camera: turn it towards the scene first.")
         holder = space or camera.data

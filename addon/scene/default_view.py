@@ -11,6 +11,8 @@ from math import radians, tan
 import numpy as np
 
 from ..errors import SettingsError
+from ..maths.nearest import distance_to_triangles
+from ..maths.spaces import transform
 from ..maths.view import Camera, Light
 from .records import Scene
 
@@ -29,6 +31,9 @@ VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] 
 DEFAULT_FOV_Y_RAD = radians(40.0)
 MARGIN = 0.06
 SLACK = 0.02
+AMONG = 1.0 / 2000.0  # of far: an eye nearer to what it sees than that may be among it
+INSIDE = 0.1
+LEAST_NEAR = 1e-7  # of far
 MOST_VERTICES = 2_000_000  # placed vertices up to which a view is framed by vertices rather than by boxes
 
 
@@ -94,7 +99,7 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     eye = centre + rotation.T @ np.array([eye_x, eye_y, distance])
     view = np.eye(4)
     view[:3, :3], view[:3, 3] = rotation, -rotation @ eye
-    near, far = depth_range(view, points)
+    near, far = depth_range(view, scene, points)
     return Camera(view, perspective(fov_y_rad, aspect, near, far), near, far, name)
 
 
@@ -118,13 +123,32 @@ def _closest_eye(points_vs: np.ndarray, slopes: np.ndarray) -> tuple[float, floa
     return float(x), float(y), distance
 
 
-def depth_range(view_from_world: np.ndarray, points_ws: np.ndarray) -> tuple[float, float]:
-    """Near and far view depth just around (N, 3) points (`SLACK` more on either side). With the eye among them, near is 1/2000 of far."""
-    depth = -(points_ws @ view_from_world[2, :3] + view_from_world[2, 3])
+def depth_range(view_from_world: np.ndarray, scene: Scene, points_ws: np.ndarray | None = None) -> tuple[float, float]:
+    """Near and far view depth just around the scene's boxes, or around (N, 3) points that stand for it (`SLACK` more on either side).
+
+    With the eye among them, near is `INSIDE` of the distance to the nearest surface: no lens of less than 168° loses anything by it.
+    """
+    points = corners(scene.instance_bounds_ws()) if points_ws is None else points_ws
+    depth = -(points @ view_from_world[2, :3] + view_from_world[2, 3])
     low, high = float(depth.min()), float(depth.max())
     slack = SLACK * max(high - low, 1e-6)
-    far = max(high + slack, 1e-6)
-    return max(low - slack, far / 2000.0), far
+    near, far = low - slack, max(high + slack, 1e-6)
+    if near < far * AMONG:
+        eye = -view_from_world[:3, :3].T @ view_from_world[:3, 3]
+        near = min(max(INSIDE * nearest_surface_m(scene, eye), far * LEAST_NEAR), 0.5 * far)
+    return near, far
+
+
+def nearest_surface_m(scene: Scene, point_ws: np.ndarray) -> float:
+    """Metres from a point (3,) to the nearest triangle; the instances are looked at in the order of their boxes' distances."""
+    bounds, best = scene.instance_bounds_ws(), np.inf
+    gap = np.linalg.norm(np.maximum(np.maximum(bounds[:, 0] - point_ws, point_ws - bounds[:, 1]), 0.0), axis=1)
+    for row in np.argsort(gap):
+        if gap[row] >= best:
+            break
+        mesh, world = scene.meshes[scene.instances.mesh_index[row]], scene.instances.world_from_object[row]
+        best = min(best, distance_to_triangles(point_ws, transform(world, mesh.positions)[mesh.triangles, :3]))
+    return best
 
 
 def camera_from_eye(
@@ -132,7 +156,7 @@ def camera_from_eye(
 ) -> Camera:
     """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views."""
     view = look_at(np.array(eye) - scene.origin_ws, np.array(target) - scene.origin_ws, np.array(up))
-    near, far = depth_range(view, corners(scene.instance_bounds_ws()))
+    near, far = depth_range(view, scene)
     return Camera(view, perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
 
 

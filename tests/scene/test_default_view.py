@@ -6,8 +6,18 @@ import numpy as np
 import pytest
 
 from addon.errors import SettingsError
-from addon.scene.default_view import MARGIN, VIEWS, camera_for_view, camera_from_eye, default_sun, outline_points, world_sun
+from addon.scene.default_view import (
+    MARGIN,
+    VIEWS,
+    camera_for_view,
+    camera_from_eye,
+    default_sun,
+    nearest_surface_m,
+    outline_points,
+    world_sun,
+)
 from tests import scenes
+from tests.pipeline import oracle
 
 
 def projected(camera, points):
@@ -59,7 +69,27 @@ def test_an_eye_is_where_the_user_put_it_whatever_the_scenes_origin(rng):
 def test_an_eye_inside_the_scene_still_has_a_depth_range():
     scene = scenes.scene_of(scenes.box((-5, -5, -5), (5, 5, 5)))
     camera = camera_from_eye(scene, (100, 50), (0, 0, 0), (1, 0, 0))
-    assert 0 < camera.near < 0.01 and 5 < camera.far < 6
+    assert np.isclose(camera.near, 0.5) and 5 < camera.far < 6
+
+
+@pytest.mark.parametrize("make", [scenes.staircase, scenes.closed_box, scenes.chair, scenes.railing])
+def test_an_eye_inside_the_scene_loses_nothing_by_the_near_plane(make, rng):
+    """Whatever it looks at: rays through a picture 100° wide. Near is no nearer than that asks for by more than twenty times."""
+    scene = make()
+    bounds = scene.bounds_ws()
+    for _ in range(8):
+        eye = bounds[0] + rng.uniform(0.1, 0.9, 3) * (bounds[1] - bounds[0])
+        camera = camera_from_eye(scene, (40, 30), eye, eye + rng.normal(size=3), fov_y_rad=1.7)
+        points, _, objects = oracle.surface_points(scene, camera, (40, 30))
+        depths = (points[objects >= 0] - camera.eye_ws) @ camera.direction_ws
+        assert (depths > camera.near).all()
+        assert camera.near >= 0.05 * nearest_surface_m(scene, camera.eye_ws)
+
+
+def test_a_part_before_the_eye_on_a_site_of_ten_kilometres_is_not_cut_away():
+    scene = scenes.scene_of(scenes.floor(5000.0), scenes.box((0.0, 0.0, 0.0), (0.1, 0.1, 0.1)))
+    camera = camera_from_eye(scene, (100, 50), (0.4, -0.4, 0.3), (0.05, 0.05, 0.05))
+    assert 0.005 < camera.near < 0.05 and camera.far > 5000.0
 
 
 def test_looking_straight_down_is_no_special_case():

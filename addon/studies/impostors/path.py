@@ -15,7 +15,7 @@ import numpy as np
 from ...maths.relief.picture import PictureErrors, picture_errors
 from ...pipeline.job import Job
 from ...scene.asked_view import Lens
-from ...scene.default_view import corners, depth_range
+from ...scene.default_view import depth_range
 from ...scene.records import Mark, Scene
 from ..report import impostor_row, known
 from ..run import run
@@ -112,7 +112,7 @@ def orbit(job: Job, degrees: float, steps: int, groups: tuple[ImpostorGroup, ...
     middle = (boxes[:, 0].min(axis=0) + boxes[:, 1].max(axis=0)) / 2.0
     angles = [degrees * step / steps for step in range(steps + 1)]
     cameras = [job.camera.carried(middle, radians(angle)) for angle in angles]
-    ranges = np.array([depth_range(camera.view_from_world, corners(job.scene.instance_bounds_ws())) for camera in cameras])
+    ranges = np.array([depth_range(camera.view_from_world, job.scene) for camera in cameras])
     lens = Lens(near=min(job.camera.near, float(ranges[:, 0].min())), far=max(job.camera.far, float(ranges[:, 1].max())))
     for angle, camera in zip(angles, cameras, strict=True):
         yield angle, replace(job, camera=lens.on(camera))
