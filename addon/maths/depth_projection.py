@@ -88,8 +88,8 @@ def fitted(camera: Camera, bounds_ws: np.ndarray) -> DepthProjection:
 def view_depths(camera: Camera, bounds_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(B,) smallest and (B,) largest view depth of boxes (B, 2, 3)."""
     row = -camera.view_from_world[2]
-    middle = bounds_ws.mean(axis=1) @ row[:3] + row[3]
-    half = (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2.0 @ np.abs(row[:3])
+    middle = 0.5 * (bounds_ws[:, 0] + bounds_ws[:, 1]) @ row[:3] + row[3]
+    half = 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0]) @ np.abs(row[:3])
     return middle - half, middle + half
 
 

@@ -66,9 +66,9 @@ def frustum_planes(clip_from_world: np.ndarray, cull_near: bool = True) -> np.nd
 
 def visible(bounds_ws: np.ndarray, planes: np.ndarray) -> np.ndarray:
     """(B,) bool: False only for boxes wholly outside one of the planes (conservative; float64)."""
-    centre, half = bounds_ws.mean(axis=1), (bounds_ws[:, 1] - bounds_ws[:, 0]) / 2
-    reach = centre @ planes[:, :3].T + planes[:, 3] + half @ np.abs(planes[:, :3]).T
-    return (reach >= 0.0).all(axis=1)
+    centre, half = 0.5 * (bounds_ws[:, 0] + bounds_ws[:, 1]), 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0])
+    reach = planes[:, :3] @ centre.T + planes[:, 3:] + np.abs(planes[:, :3]) @ half.T
+    return (reach >= 0.0).all(axis=0)
 
 
 def segments(first: np.ndarray, count: np.ndarray) -> np.ndarray:
