@@ -94,7 +94,6 @@ def page() -> str:
     """docs/scale.md: what was measured, for this program and the one before."""
     rows = {name: [json.loads(line) for line in (RESULTS / f"scale-{name}.jsonl").read_text().splitlines()] for name in ("now", "before")}
     worst = max(row["precision"] for row in rows["now"] if row["precision"] is not None)
-    plates = RESULTS.parents[1] / "docs" / "scale_plates.md"
     return TEMPLATE.format(
         cases=len({row["case"] for row in rows["now"]}),
         size="×".join(map(str, SIZE)),
@@ -103,7 +102,6 @@ def page() -> str:
         cases_before=len({row["case"] for row in rows["before"]}),
         grounds=by_ratio(rows),
         worst=worst,
-        plates=plates.read_text(encoding="utf-8") if plates.is_file() else "",
     )
 
 
@@ -154,7 +152,7 @@ The worst `precision.worst_ratio` of all pictures now: {worst:.3f} texels.
 - **Planes of huge receivers** are worked out in float64 and looked up: a corner 20 km away leaves millimetres of doubt at the eye's feet.
 - **A lamp reaches as far as what it lights**, not as the scene: it does not shadow what is nearer than 10⁻⁴ of that.
 
-{plates}
+Two surfaces close behind one another, seen from far: [their own table](scale_plates.md).
 """
 
 

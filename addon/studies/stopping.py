@@ -1,7 +1,7 @@
 """Being asked to stop: Ctrl-C, the end of a farm's patience (SIGTERM), a closed terminal. What is done stays done and is reported. No bpy.
 
-The first time the work at hand is given up, in Python by `KeyboardInterrupt`, while Blender renders by a flag that the engine asks for:
-Blender swallows what is raised inside its calls, and goes on.
+The first time a flag is raised, that pictures ask for between their stages and runs between their inputs: what a signal raises would land
+in whatever runs just then, in a handler of Blender's too, which prints it and goes on. The second time `KeyboardInterrupt` is raised.
 """
 
 from __future__ import annotations
@@ -59,5 +59,5 @@ def heeded(is_worker: bool = False) -> Iterator[None]:
 
 def _take(number: int, _frame: object) -> None:
     _asked.append(number)
-    if not _holds or len(_asked) > 1:
+    if len(_asked) > 1 and not _holds:
         raise KeyboardInterrupt

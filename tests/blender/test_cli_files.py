@@ -419,10 +419,10 @@ def test_a_render_under_way_is_given_up_when_asked_to_stop(main, room, box, monk
     engine = room("blender.engine").CadShadowEngine
     deliver = engine._outcome
 
-    def outcome(self, job):
+    def outcome(self, *job):
         calls.append(len(calls))
         os.kill(os.getpid(), signal.SIGINT)
-        return deliver(self, job)
+        return deliver(self, *job)
 
     monkeypatch.setattr(engine, "_outcome", outcome)
     assert main(["analyse", str(box), str(box.parent / "gone.obj"), *SMALL]) == 1

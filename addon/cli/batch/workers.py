@@ -24,6 +24,7 @@ from ...studies import stopping
 from ...studies.report import failed_report
 from .items import Item
 
+POLL_S = 0.1
 PATIENCE_S = 10.0
 MARK = "cad_shadow-worker:"
 Answer = tuple[dict[str, object], str]
@@ -98,6 +99,8 @@ class Worker:
             self._is_given_up, process = True, self._process
             if process is not None:
                 process.terminate()
+                with suppress(OSError, ValueError):  # one that waits for work is told that there is no more
+                    process.stdin.close()
         if process is not None:
             try:
                 process.wait(timeout_s)
@@ -118,7 +121,7 @@ def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Ite
     is_complete = False
     try:
         for _ in items:
-            yield done.get()
+            yield _next(done)
         is_complete = True
     finally:
         enders = [Thread(target=worker.give_up) for worker in workers if not is_complete]
@@ -128,6 +131,14 @@ def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Ite
             ender.join()
         for thread in threads:
             thread.join()
+
+
+def _next(done: Queue[tuple[Item, Answer]]) -> tuple[Item, Answer]:
+    """The next answer. Raises `KeyboardInterrupt` when the run is asked to stop meanwhile."""
+    while True:
+        stopping.check()
+        with suppress(Empty):
+            return done.get(timeout=POLL_S)
 
 
 def _drain(worker: Worker, todo: Queue[Item], done: Queue[tuple[Item, Answer]]) -> None:
