@@ -44,12 +44,15 @@ providers._get_local_constants = Constants  # none, whatever is loaded; private,
 
 
 def pytest_addoption(parser):
-    """`--order-seed N`: the files, and the tests of each file, in an order that only N decides."""
+    """`--order-seed N`: the files, and the tests of each file, in an order that only N decides. `--examples-at-most N`: for `./dev quick`."""
     parser.addoption("--order-seed", type=int, metavar="N", help="run the files, and the tests in each, in the order that N gives")
+    parser.addoption("--examples-at-most", type=int, metavar="N", help="no more examples than N of each property test")
 
 
 def pytest_collection_modifyitems(config, items):
-    """Shuffled by the hash of N and the name, so that a part of the suite keeps its order within the whole."""
+    """Shuffled by the hash of N and the name, so that a part of the suite keeps its order within the whole; examples cut to those asked for."""
+    if (most := config.getoption("examples_at_most")) is not None:
+        draw_at_most(most, items)
     order = config.getoption("order_seed")
     if order is not None:
 
@@ -57,6 +60,13 @@ def pytest_collection_modifyitems(config, items):
             return [zlib.crc32(f"{order} {name}".encode()) for name in (item.nodeid.split("::")[0], item.nodeid)]
 
         items.sort(key=place)
+
+
+def draw_at_most(most, items):
+    """Every property test among the items draws no more than so many examples: the first of those it always draws."""
+    for test in {item.obj for item in items if hypothesis.is_hypothesis_test(getattr(item, "obj", None))}:
+        used = getattr(test, "_hypothesis_internal_use_settings", hypothesis.settings.default)
+        test._hypothesis_internal_use_settings = hypothesis.settings(used, max_examples=min(most, used.max_examples))
 
 
 def pytest_report_header(config):
