@@ -47,7 +47,7 @@ FLOORS = {
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view from_cad cad"
     " platform_deck < __init__",
-    "addon/scene/cad": "colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
+    "addon/scene/cad": "ears < colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/settings": "groups < option words < impostor_options < options < combinations < __init__",
     "addon/studies": "legends map_outlines report scratch stopping terminal < run < advice error_graph light_view outputs sun truth <"
