@@ -44,13 +44,13 @@ providers._get_local_constants = Constants  # none, whatever is loaded; private,
 
 
 def pytest_addoption(parser):
-    """`--order-seed N`: the files, and the tests of each file, in an order that only N decides. `--examples-at-most N`: for `./dev quick`."""
+    """`--order-seed N`: files, and the tests of each, in an order that only N decides; `--examples-at-most N`, as in `./dev quick`."""
     parser.addoption("--order-seed", type=int, metavar="N", help="run the files, and the tests in each, in the order that N gives")
     parser.addoption("--examples-at-most", type=int, metavar="N", help="no more examples than N of each property test")
 
 
 def pytest_collection_modifyitems(config, items):
-    """Shuffled by the hash of N and the name, so that a part of the suite keeps its order within the whole; examples cut to those asked for."""
+    """Shuffled by the hash of N and the name, so that a part of the suite keeps its order within the whole; examples cut."""
     if (most := config.getoption("examples_at_most")) is not None:
         draw_at_most(most, items)
     order = config.getoption("order_seed")
