@@ -17,9 +17,11 @@ from addon.pipeline.device import device_of
 from addon.pipeline.frame import ImpostorReport
 from addon.pipeline.impostors.life import library_of
 from addon.pipeline.impostors.records import CASTERS, ImpostorChoice, ImpostorGroup
+from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Instances, Mesh, Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from benchmarks.impostor_stage import Stage, load
 
 SIDE, MAP = 192, 1024
@@ -77,9 +79,10 @@ def filmed(renderer: Renderer, scene: Scene, cameras: Sequence[Camera], choice: 
     stage, frames, reports = Stage(None, scene), [], []
     blocks = (SIDE, 2, SIDE, 2)
     for camera in cameras:
-        frame = renderer.render(
-            scene, camera, stage.sun(), SETTINGS, (2 * SIDE, 2 * SIDE), ("combined", "object"), measure=False, impostors=choice
-        )
+        frame = run(
+            Job(scene, camera, stage.sun(), SETTINGS, (2 * SIDE, 2 * SIDE), ("combined", "object"), measure=False, impostors=choice),
+            on=renderer,
+        ).frame
         picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(*blocks, 3).mean(axis=(1, 3)).astype(np.float32)
         frames.append((picture, (frame.passes["object"] >= 0).reshape(blocks).any(axis=(1, 3))))
         reports += frame.impostors
@@ -174,16 +177,19 @@ def shadows(renderer: Renderer, name: str) -> list[dict]:
     for angle in (30, 120, 210, 300):
         camera, seen = stage.camera(angle, 40, 5.0), {}
         for casters in CASTERS:
-            frame = renderer.render(
-                scene,
-                camera,
-                stage.sun(),
-                SETTINGS,
-                (2 * SIDE, 2 * SIDE),
-                ("shadow", "object"),
-                measure=False,
-                impostors=whole(bare, casters=casters),
-            )
+            frame = run(
+                Job(
+                    scene,
+                    camera,
+                    stage.sun(),
+                    SETTINGS,
+                    (2 * SIDE, 2 * SIDE),
+                    ("shadow", "object"),
+                    measure=False,
+                    impostors=whole(bare, casters=casters),
+                ),
+                on=renderer,
+            ).frame
             seen[casters] = frame.passes
         floor = (seen["geometry"]["object"] == len(bare.object_names)) & (seen["impostor"]["object"] == len(bare.object_names))
         there, real = (seen[casters]["shadow"][floor] for casters in ("impostor", "geometry"))

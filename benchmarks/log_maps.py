@@ -17,11 +17,13 @@ from addon.maths.shadow.lookup import unproject
 from addon.maths.shadow.projection import ShadowPlan, ShadowProjection
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import device_of
+from addon.pipeline.job import Job
 from addon.pipeline.passes.log_map import BEND_TEXELS
 from addon.pipeline.passes.shadow import draw_shadow_maps
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from addon.studies.truth.backends import EmbreeBackend
 from addon.studies.truth.triangles import world_triangles
 from benchmarks import models, views
@@ -88,7 +90,7 @@ def different_pct(picture: np.ndarray, expected: np.ndarray) -> float:
 def line(renderer: Renderer, scene: Scene, backend: EmbreeBackend, camera: Camera, light: Light, size: int) -> tuple[float, ...]:
     """f'/n', milliseconds of both passes, their ratio, and both shares of different texels."""
     chosen = Settings().replaced(warp={"kind": "logpsm"}, partition={"kind": "none"}, fit={"kind": "samples", "size": size})
-    plan = renderer.render(scene, camera, light, chosen, views.SIZE, ("combined",), measure=False).plan
+    plan = run(Job(scene, camera, light, chosen, views.SIZE, ("combined",), measure=False), on=renderer).frame.plan
     log = plan.projections[0]
     linear = replace(plan, projections=(replace(log, log=None),))
     times, pictures = drawn(renderer, scene, size, (plan, linear))

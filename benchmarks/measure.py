@@ -14,9 +14,10 @@ from time import perf_counter
 
 from addon.errors import SceneError
 from addon.maths.view import Light
-from addon.pipeline.renderer import shared_renderer
+from addon.pipeline.job import Job
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from addon.studies.truth import TruthTracer, compare
 from addon.studies.truth.compare import COMPARED_PASSES
 from benchmarks import models, views
@@ -95,7 +96,7 @@ def _measure_light(
         return
     ratio = views.depth_ratio(truth.depth)
     for method, settings in _grouped(methods):
-        frame = shared_renderer().render(scene, view.camera, light, settings, size=size, passes=COMPARED_PASSES)
+        frame = run(Job(scene, view.camera, light, settings, size=size, passes=COMPARED_PASSES)).frame
         result, _ = compare(frame, truth, view.camera, light, settings.fit.size, tracer)
         numbers = {key: result[key] for key in ("pixels", "misclassified_pct", "acne_pct", "leak_pct", "edge_px_p95")}
         yield Row(

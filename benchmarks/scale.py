@@ -21,8 +21,10 @@ from pathlib import Path
 import numpy as np
 
 from addon.errors import SceneError
+from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from addon.studies.truth.compare import COMPARED_PASSES, compare
 from addon.studies.truth.tracer import Truth
 from benchmarks.scale_scenes import SIZE, ScaleScene, scale_scene
@@ -57,7 +59,7 @@ def rows_of(case: ScaleScene, methods: dict[str, Settings], renderer: Renderer) 
     scene, camera, light = based_near(case.scene, case.camera, case.light)
     for name, settings in methods.items():
         begin = time.perf_counter()
-        frame = renderer.render(scene, camera, light, settings, SIZE, ("combined", *COMPARED_PASSES))
+        frame = run(Job(scene, camera, light, settings, SIZE, ("combined", *COMPARED_PASSES)), on=renderer).frame
         took = time.perf_counter() - begin
         try:
             metrics, _ = compare(frame, based(truth, scene.origin_ws - case.scene.origin_ws), camera, light, settings.fit.size)

@@ -21,10 +21,12 @@ from addon.images.png import encode_png
 from addon.maths.shadow import oracle as definition
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import device_of
+from addon.pipeline.job import Job
 from addon.pipeline.passes.shadow import ShadowMaps, draw_shadow_maps
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from benchmarks.models import load
 from benchmarks.smooth_edges import chair_edges, name_of, receivers, straight_edges
 from benchmarks.tables import table
@@ -103,7 +105,7 @@ def least_costs(
 ) -> dict[str, Cost]:
     """The cost of every test with a map of `size` texels, round by round and not one after the other, so that a slow minute of the machine
     strikes all alike."""
-    plan = renderer.render(scene, camera, light, settings(size), SIZE, ("combined",), measure=False).plan
+    plan = run(Job(scene, camera, light, settings(size), SIZE, ("combined",), measure=False), on=renderer).frame.plan
 
     def measured(context: moderngl.Context) -> dict[str, Cost]:
         device = device_of(context, renderer.worker)
@@ -246,7 +248,7 @@ def chair_zones(renderer: Renderer) -> str:
     """IDD's figure 4: which line of the table in §5.5 decides each pixel."""
     scene = scenes.chair()
     chosen = settings(2048, kind="id-depth", epsilon=NEAR, epsilon_far=FAR)
-    frame = renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("combined", "shadow", "depth", "normal", "object", "texel"))
+    frame = run(Job(scene, CAMERA, SUN, chosen, SIZE, ("combined", "shadow", "depth", "normal", "object", "texel")), on=renderer).frame
     seen, r = receivers(frame, CAMERA, SUN, chosen.fit.size)
     depth = frame.passes["shadow_depth"][0].astype(np.float64) * 2.0 - 1.0
     cells = definition.tap_cells(r.texels(), 1)

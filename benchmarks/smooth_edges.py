@@ -12,10 +12,12 @@ from addon.maths.shadow import oracle as definition
 from addon.maths.shadow.lookup import project
 from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
+from addon.pipeline.job import Job
 from addon.pipeline.passes.gbuffer import surface_points_ws
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 
 SIZE = (640, 360)
@@ -56,9 +58,9 @@ def levels_across(levels: np.ndarray, most: int) -> float:
     counts = []
     for row in levels:
         partly = np.flatnonzero((row > 0) & (row < most))
-        for run in np.split(partly, np.flatnonzero(np.diff(partly) > 1) + 1):
-            if len(run) and run[0] > 0 and run[-1] + 1 < len(row) and {row[run[0] - 1], row[run[-1] + 1]} == {0, most}:
-                counts.append(len(np.unique(row[run])))
+        for span in np.split(partly, np.flatnonzero(np.diff(partly) > 1) + 1):
+            if len(span) and span[0] > 0 and span[-1] + 1 < len(row) and {row[span[0] - 1], row[span[-1] + 1]} == {0, most}:
+                counts.append(len(np.unique(row[span])))
     return float(np.mean(counts))
 
 
@@ -82,7 +84,7 @@ def half_covered(turn_deg: float) -> tuple[Scene, np.ndarray]:
 def at_edge(renderer: Renderer, chosen: Settings, turn_deg: float) -> tuple[float, np.ndarray]:
     """Levels across the straight edge, and for each of `DRIFTS` (texels towards the light side) the rms error against 64 taps there."""
     (scene, ends), k, n = half_covered(turn_deg), chosen.test.pcf, chosen.test.depths
-    frame = renderer.render(scene, ABOVE, SUN, chosen, SIZE, PASSES)
+    frame = run(Job(scene, ABOVE, SUN, chosen, SIZE, PASSES), on=renderer).frame
     seen, r = receivers(frame, ABOVE, SUN, chosen.fit.size)
     on_floor = r.ids == 0
     s, t, _, _ = project(r.projection, ends)
@@ -141,7 +143,7 @@ def chair_edges(renderer: Renderer, camera: Camera, light: Light) -> tuple[list[
             shading={"samples": 1},
             test={"pcf": k, "depths": n, "bias_strategy": "receiver-plane"},
         )
-        frame = renderer.render(scene, camera, light, chosen, SIZE, PASSES)
+        frame = run(Job(scene, camera, light, chosen, SIZE, PASSES), on=renderer).frame
         seen, r = receivers(frame, camera, light, chosen.fit.size)
         depth = frame.passes["shadow_depth"][0].astype(np.float64) * 2.0 - 1.0
         reference, shadow = sixty_four(r, depth, np.sqrt(k) + REACH[n]), frame.passes["shadow"][seen]

@@ -24,8 +24,10 @@ def draw(name: str) -> None:
     """The child: a frame a line of input, its stage times a line of output. Uses only what old and new checkouts have in common."""
     import numpy as np
 
+    from addon.pipeline.job import Job
     from addon.pipeline.renderer import Renderer
     from addon.settings.groups import Settings
+    from addon.studies.run import run
     from benchmarks.models import load
     from benchmarks.views import lights, views
 
@@ -39,7 +41,7 @@ def draw(name: str) -> None:
     middle = scene.bounds_ws().mean(axis=0)
     for number, _ in enumerate(sys.stdin):
         camera = view.camera.carried(middle, number * np.radians(1.0))
-        frame = renderer.render(scene, camera, light, Settings(), (1280, 720), ("combined",), measure=False)
+        frame = run(Job(scene, camera, light, Settings(), (1280, 720), ("combined",), measure=False), on=renderer).frame
         print(json.dumps({stage: frame.timing_ms[stage] for stage in STAGES}), flush=True)
 
 

@@ -11,10 +11,11 @@ import numpy as np
 
 from addon.maths.choices import PARTITIONS, WARPS
 from addon.maths.view import Light
+from addon.pipeline.job import Job
 from addon.pipeline.passes.gbuffer import surface_points_ws
-from addon.pipeline.renderer import shared_renderer
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from benchmarks.tables import table
 from tests.orbit import STEP_DEG, SUN, camera_at, largest_jump, orbited_scene, plan_at, sizes_by_face, sun_at
 
@@ -37,7 +38,7 @@ when a box comes into view.
 def visible(scene: Scene) -> list[np.ndarray]:
     """(P, 3) points of the visible surfaces at each place of the orbit."""
     chosen = Settings().replaced(fit={"size": 64}, shading={"samples": 1})
-    frames = (shared_renderer().render(scene, camera_at(a), None, chosen, SEEN, ("depth",)) for a in ANGLES)
+    frames = (run(Job(scene, camera_at(a), None, chosen, SEEN, ("depth",))).frame for a in ANGLES)
     depths = (frame.passes["depth"][::-1] for frame in frames)
     return [surface_points_ws(np.where(np.isfinite(d), d, 0.0), camera_at(a)) for a, d in zip(ANGLES, depths, strict=True)]
 

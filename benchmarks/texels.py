@@ -20,10 +20,11 @@ from addon.maths.shadow.fit import plan_shadows
 from addon.maths.shadow.lookup import partition_index, towards_light
 from addon.maths.shadow.projection import ShadowPlan
 from addon.maths.view import Camera, Light
+from addon.pipeline.job import Job
 from addon.pipeline.passes.gbuffer import surface_points_ws
-from addon.pipeline.renderer import shared_renderer
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from benchmarks import models, views
 from benchmarks.views import View, depth_ratio
 
@@ -100,7 +101,7 @@ def extents(camera: Camera, plan: ShadowPlan, points: np.ndarray, normals: np.nd
 def seen(scene: Scene, view: View) -> Seen:
     """The visible points of one view."""
     settings = Settings().replaced(fit={"size": 64}, shading={"samples": 1})
-    passes = shared_renderer().render(scene, view.camera, None, settings, size=views.SIZE, passes=("depth", "normal")).passes
+    passes = run(Job(scene, view.camera, None, settings, size=views.SIZE, passes=("depth", "normal"))).frame.passes
     depth = np.where(np.isfinite(passes["depth"]), passes["depth"], 0.0)[::-1]
     points, normals = surface_points_ws(depth, view.camera), passes["normal"][::-1][depth > 0.0]
     step = -(-len(points) // MOST_FITTED)

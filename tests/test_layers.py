@@ -20,7 +20,7 @@ ADDON = ROOT / "addon"
 FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
-    "addon/blender": "cad_import changes clip_range own_images preferences redraw registering request snapshot textures"
+    "addon/blender": "cad_import changes clip_range own_images preferences redraw registering render_wish snapshot textures"
     " < sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session < panels"
     " viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",

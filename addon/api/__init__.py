@@ -32,7 +32,7 @@ from ..settings.options import with_options
 from ..studies import outputs
 from ..studies.run import Outcome
 from .impostors import Impostor, ImpostorPath, impostor_path, impostors
-from .view import View
+from .view import wish_for
 
 if TYPE_CHECKING:
     from ..pipeline.frame import ImpostorReport
@@ -124,8 +124,23 @@ def preview(
     is `light` (a name) or `light_direction` (towards the light); else the scene's. `options` override the scene's settings.
     """
     scene = scene or bpy.context.scene
-    asked = View(camera, view, eye, target, up, fov_y_deg, near, far, light, light_direction, size)
-    outcome = render(scene, asked.request(scene, options, passes))
+    wish = wish_for(
+        scene,
+        passes,
+        camera=camera,
+        view=view,
+        eye=eye,
+        target=target,
+        up=up,
+        fov_y_deg=fov_y_deg,
+        near=near,
+        far=far,
+        light=light,
+        light_direction=light_direction,
+        size=size,
+        **options,
+    )
+    outcome = render(scene, wish)
     session.remember(outcome, scene)
     return Preview(outcome)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import bpy
@@ -12,7 +12,6 @@ import numpy as np
 from ..blender.impostors.chosen import Chosen
 from ..blender.impostors.plane import make_plane
 from ..blender.rendering import animated, read
-from ..blender.request import Request
 from ..blender.snapshot import marked_instead
 from ..errors import SceneError, UserError
 from ..maths.relief.warp import CaptureFrame
@@ -22,9 +21,7 @@ from ..studies.impostors.asked import baked, choice_for
 from ..studies.impostors.files import critical_points, metadata, write_impostor
 from ..studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
 from ..studies.outputs import write_bytes
-from .view import View
-
-_VIEW = tuple(field.name for field in fields(View))
+from .view import wish_for
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +123,7 @@ def impostors(
     scene = scene or bpy.context.scene
     chosen = Chosen.of(objects, scene.name)
     with marked_instead(chosen.holders):
-        job = read(scene, _request(scene, arguments))
+        job = read(scene, wish_for(scene, **arguments))
     results = baked(job, chosen.some(job.scene), unlit)
     for result in results:
         if isinstance(result, UserError):
@@ -150,18 +147,13 @@ def impostor_path(
     scene = scene or bpy.context.scene
     if (orbit_deg is None) == (frames is None):
         raise SceneError("Say where the camera goes: orbit_deg=… or frames=(first, last).")
-    request = _request(scene, {"impostor_break_even": False} | arguments)
+    wish = wish_for(scene, **{"impostor_break_even": False} | arguments)
     chosen = Chosen.of(objects, scene.name)
     with marked_instead(chosen.holders):
-        first = read(scene, request)
+        first = read(scene, wish)
         groups = chosen.some(first.scene)
         if orbit_deg is not None:
             jobs: Iterator[tuple[float, Job]] = orbit(first, orbit_deg, steps or max(round(abs(orbit_deg)), 1), groups)
         else:
-            jobs = animated(scene, request, *frames)
+            jobs = animated(scene, wish, *frames)
         return ImpostorPath(tuple(walk(jobs, chosen.groups, choice_for(groups, first.settings.impostor, exact=True))))
-
-
-def _request(scene: bpy.types.Scene, arguments: dict[str, object]) -> Request:
-    options = {name: value for name, value in arguments.items() if name not in _VIEW}
-    return View(**{name: value for name, value in arguments.items() if name in _VIEW}).request(scene, options)

@@ -2,41 +2,50 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import radians
 
 import bpy
 
 from ..blender.properties import settings_from
-from ..blender.request import Request
+from ..blender.render_wish import RenderWish
 from ..scene.asked_view import Lens, Point, camera_maker, light_maker
 from ..settings.combinations import idle
 from ..settings.options import with_options
 
 
-@dataclass(frozen=True, slots=True)
-class View:
-    """`camera` (a name), `view` ('iso', 'front', …) or `eye` with `target`, in world metres; else the scene's camera. `fov_y_deg`, `near`,
-    `far` change its lens. `light` (a name) or `light_direction` (towards the light); else the scene's. `size` (width, height) in pixels."""
+def wish_for(
+    scene: bpy.types.Scene,
+    passes: tuple[str, ...] = (),
+    /,
+    *,
+    camera: str | None = None,
+    view: str | None = None,
+    eye: Point | None = None,
+    target: Point | None = None,
+    up: Point = (0.0, 0.0, 1.0),
+    fov_y_deg: float | None = None,
+    near: float | None = None,
+    far: float | None = None,
+    light: str | None = None,
+    light_direction: Point | None = None,
+    size: tuple[int, int] | None = None,
+    **options: object,
+) -> RenderWish:
+    """What the engine is asked for; `options` of the method override the scene's settings. Raises `SettingsError`.
 
-    camera: str | None = None
-    view: str | None = None
-    eye: Point | None = None
-    target: Point | None = None
-    up: Point = (0.0, 0.0, 1.0)
-    fov_y_deg: float | None = None
-    near: float | None = None
-    far: float | None = None
-    light: str | None = None
-    light_direction: Point | None = None
-    size: tuple[int, int] | None = None
-
-    def request(self, scene: bpy.types.Scene, options: dict[str, object], passes: tuple[str, ...] = ()) -> Request:
-        """What the engine is asked for; `options` of the method override the scene's settings. Raises `SettingsError`."""
-        settings = with_options(settings_from(scene.cad_shadow), options)
-        half_fov = None if self.fov_y_deg is None else radians(self.fov_y_deg) / 2.0
-        camera = camera_maker(self.camera, self.view, self.eye, self.target, self.up, half_fov)
-        light = light_maker(self.light, self.light_direction)
-        name = bpy.data.filepath or "unsaved scene"
-        lens, is_drawing = Lens(half_fov, self.near, self.far), self.view is not None
-        return Request(name, passes, camera, light, settings, lens, self.size, idle(options, settings), is_drawing)
+    `camera` (a name), `view` ('iso', 'front', …) or `eye` with `target`, in world metres; else the scene's camera. `fov_y_deg`, `near`,
+    `far` change its lens. `light` (a name) or `light_direction` (towards the light); else the scene's. `size` (width, height) in pixels.
+    """
+    settings = with_options(settings_from(scene.cad_shadow), options)
+    half_fov = None if fov_y_deg is None else radians(fov_y_deg) / 2.0
+    return RenderWish(
+        bpy.data.filepath or "unsaved scene",
+        passes,
+        camera_maker(camera, view, eye, target, up, half_fov),
+        light_maker(light, light_direction),
+        settings,
+        Lens(half_fov, near, far),
+        size,
+        idle(options, settings),
+        is_drawing=view is not None,
+    )

@@ -14,7 +14,7 @@ from ..pipeline.frame import Frame
 from ..pipeline.job import Job
 from ..studies.run import Outcome, run
 from . import session, sources
-from .request import ENGINE, Request, active_request
+from .render_wish import ENGINE, RenderWish, active_wish
 from .viewport import LiveView
 
 # our pass → Blender's pass: name, channels, channel ids, type
@@ -67,27 +67,27 @@ class CadShadowEngine(bpy.types.RenderEngine):
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """One frame, for F12, animations, `blender -b` and `rendering.render`."""
-        request = active_request()
+        wish = active_wish()
         try:
             job = sources.job_for_render(depsgraph)
-            if request is not None and request.reads_only:
-                request.job = job
+            if wish is not None and wish.reads_only:
+                wish.job = job
                 return
             outcome = self._outcome(job, depsgraph.scene)
             self._deliver(outcome.frame, depsgraph)
-            if request is not None:
-                request.outcome = outcome
+            if wish is not None:
+                wish.outcome = outcome
         except UserError as error:
-            self._failed(request, error)
+            self._failed(wish, error)
         except MemoryError:
-            self._failed(request, UserError("The picture needs more memory than there is: choose a smaller size, or fewer passes."))
+            self._failed(wish, UserError("The picture needs more memory than there is: choose a smaller size, or fewer passes."))
         except Exception as error:
-            self._failed(request, UserError(f"CAD Shadow Preview failed ({type(error).__name__}: {error}): please report this."))
+            self._failed(wish, UserError(f"CAD Shadow Preview failed ({type(error).__name__}: {error}): please report this."))
             raise
 
-    def _failed(self, request: Request | None, error: UserError) -> None:
-        if request is not None:
-            request.error = error
+    def _failed(self, wish: RenderWish | None, error: UserError) -> None:
+        if wish is not None:
+            wish.error = error
         if not self.test_break():
             self.report({"ERROR"}, " ".join(str(error).split()))
 

@@ -57,7 +57,7 @@ class LiveScene:
         settings = settings_of(depsgraph.scene)
         self._scene, camera, light = based_near(self._scene, camera, light)
         impostors = choice_of(self._scene, settings.impostor)
-        return Job("viewport", self._scene, camera, light, settings, size, ("combined",), measure=False, impostors=impostors)
+        return Job(self._scene, camera, light, settings, size, measure=False, impostors=impostors, name="viewport")
 
     def _take_over(self) -> None:
         """Use the scene that the worker has finished, if it has."""

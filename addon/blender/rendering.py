@@ -18,48 +18,48 @@ from ..pipeline.job import Job
 from ..scene.plain_text import shown_name
 from ..studies import stopping
 from ..studies.run import Outcome
-from .request import ENGINE, NO_CAMERA, Request, active, isometric
+from .render_wish import ENGINE, NO_CAMERA, RenderWish, active, isometric
 
 NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"
 LONGEST_PATH = 1000
 """Bytes of a path that Blender takes whole (it cuts at 1024)."""
 
 
-def render(scene: bpy.types.Scene, request: Request, write_to: Path | None = None) -> Outcome:
-    """Render `scene` once as `request` says, blocking; with `write_to` Blender also writes the picture there, as it writes an F12.
+def render(scene: bpy.types.Scene, wish: RenderWish, write_to: Path | None = None) -> Outcome:
+    """Render `scene` once as `wish` says, blocking; with `write_to` Blender also writes the picture there, as it writes an F12.
 
     The scene's engine and output settings are put back afterwards. Raises `UserError` (of whatever kind the engine met).
     """
-    _through_the_engine(scene, request, write_to)
-    if request.outcome is None:
-        raise request.error or Cancelled(NOT_CALLED)
-    return request.outcome
+    _through_the_engine(scene, wish, write_to)
+    if wish.outcome is None:
+        raise wish.error or Cancelled(NOT_CALLED)
+    return wish.outcome
 
 
-def read(scene: bpy.types.Scene, request: Request) -> Job:
+def read(scene: bpy.types.Scene, wish: RenderWish) -> Job:
     """What `render` would draw, without drawing it: the scene as a render sees it. Raises `UserError`."""
-    asked = replace(request, reads_only=True)
+    asked = replace(wish, reads_only=True)
     _through_the_engine(scene, asked, None)
     if asked.job is None:
         raise asked.error or Cancelled(NOT_CALLED)
     return asked.job
 
 
-def _through_the_engine(scene: bpy.types.Scene, request: Request, write_to: Path | None) -> None:
-    """Have Blender call the engine with `request` active."""
-    if scene.camera is None and request.camera is None:
-        request.camera, request.warnings = isometric, (*request.warnings, NO_CAMERA)
-    with _borrowed(scene, request.size, write_to), active(request):
+def _through_the_engine(scene: bpy.types.Scene, wish: RenderWish, write_to: Path | None) -> None:
+    """Have Blender call the engine with `wish` active."""
+    if scene.camera is None and wish.camera is None:
+        wish.camera, wish.warnings = isometric, (*wish.warnings, NO_CAMERA)
+    with _borrowed(scene, wish.size, write_to), active(wish):
         try:
             with stopping.held():
                 bpy.ops.render.render(write_still=write_to is not None, scene=scene.name)
         except RuntimeError as error:
-            raise request.error or _unwritten(request, write_to, str(error)) from error
+            raise wish.error or _unwritten(wish, write_to, str(error)) from error
 
 
-def _unwritten(request: Request, path: Path | None, message: str) -> UserError:
+def _unwritten(wish: RenderWish, path: Path | None, message: str) -> UserError:
     """What Blender's error means when the engine had none: drawn, but not written; or not drawn."""
-    if path is None or request.outcome is None:
+    if path is None or wish.outcome is None:
         return SceneError(_one_line(message))
     return OutputError(f"Blender could not write the picture ({_one_line(message)}): choose another folder, or make room.")
 
@@ -143,12 +143,12 @@ def file_format(scene: bpy.types.Scene, path: Path | None) -> Iterator[None]:
         yield
 
 
-def animated(scene: bpy.types.Scene, request: Request, first: int, last: int) -> Iterator[tuple[float, Job]]:
+def animated(scene: bpy.types.Scene, wish: RenderWish, first: int, last: int) -> Iterator[tuple[float, Job]]:
     """(frame, job) of every frame of the animation as a render sees it. The scene's frame is put back."""
     kept = scene.frame_current
     try:
         for frame in range(first, last + 1):
             scene.frame_set(frame)
-            yield frame, read(scene, request)
+            yield frame, read(scene, wish)
     finally:
         scene.frame_set(kept)

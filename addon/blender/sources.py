@@ -21,7 +21,7 @@ from ..settings.groups import Settings
 from ..studies.impostors.asked import choice_of
 from ..studies.run import on_worker
 from .properties import settings_from
-from .request import NO_CAMERA, Request, active_request, isometric
+from .render_wish import NO_CAMERA, RenderWish, active_wish, isometric
 from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
@@ -41,23 +41,23 @@ def render_size(scene: bpy.types.Scene) -> tuple[int, int]:
 
 
 def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
-    """The job of a render (F12, animation, `rendering.render`): the scene's camera, light and settings, unless a request says otherwise."""
-    blender_scene, request = depsgraph.scene, active_request() or Request(bpy.data.filepath or "unsaved scene")
+    """The job of a render (F12, animation, `rendering.render`): the scene's camera, light and settings, unless a wish says otherwise."""
+    blender_scene, wish = depsgraph.scene, active_wish() or RenderWish(bpy.data.filepath or "unsaved scene")
     size = render_size(blender_scene)
     scene, sync_ms = _read(_render_reader, depsgraph, size)
     scene.bounds_ws()  # says so when there is nothing
-    if request.camera is not None:
-        camera, camera_warnings = request.camera(scene, size), ()
+    if wish.camera is not None:
+        camera, camera_warnings = wish.camera(scene, size), ()
     else:
         camera, camera_warnings = _scene_camera(blender_scene, depsgraph, size, scene)
-    camera = request.lens.on(camera)
-    light, light_warnings = light_for(blender_scene.cad_shadow, scene, camera, request)
-    settings = with_film(request.settings or settings_from(blender_scene.cad_shadow), blender_scene)
-    warnings = (*request.warnings, *scene.warnings, *camera_warnings, *light_warnings)
-    passes = tuple(dict.fromkeys((*ENGINE_PASSES, *request.passes)))
+    camera = wish.lens.on(camera)
+    light, light_warnings = light_for(blender_scene.cad_shadow, scene, camera, wish)
+    settings = with_film(wish.settings or settings_from(blender_scene.cad_shadow), blender_scene)
+    warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings)
+    passes = tuple(dict.fromkeys((*ENGINE_PASSES, *wish.passes)))
     scene, camera, light = based_near(scene, camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
-    return Job(request.name, scene, camera, light, settings, size, passes, sync_ms, warnings, impostors=impostors)
+    return Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings)
 
 
 def job_for_view(context: bpy.types.Context) -> Job:
@@ -128,16 +128,16 @@ class ViewReading:
         settings = settings_of(context.scene)
         scene, camera, light = based_near(scene, camera, light)
         return Job(
-            bpy.data.filepath or "unsaved scene",
             scene,
             camera,
             light,
             settings,
             size,
             ENGINE_PASSES,
-            self._seconds * 1e3,
-            (*scene.warnings, *camera_warnings, *light_warnings),
             impostors=choice_of(scene, settings.impostor),
+            name=bpy.data.filepath or "unsaved scene",
+            sync_ms=self._seconds * 1e3,
+            warnings=(*scene.warnings, *camera_warnings, *light_warnings),
         )
 
 
@@ -185,14 +185,14 @@ def _scene_camera(
 
 
 def light_for(
-    props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, request: Request | None = None
+    props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, wish: RenderWish | None = None
 ) -> tuple[Light, tuple[str, ...]]:
     """The one light that casts shadows, and a warning when it had to be made up or others are left out.
 
     One that is made up stands in the world. Only the standard views, which are drawings rather than places, have one each.
     """
-    if request is not None and request.light is not None:
-        return request.light(scene, camera), ()
+    if wish is not None and wish.light is not None:
+        return wish.light(scene, camera), ()
     if props.light_source == "VIEW":
         return default_sun(camera), ()
     if props.light_source == "DIRECTION":
@@ -203,7 +203,7 @@ def light_for(
         return choose_light(scene.lights, props.light.name), ()
     light = choose_light([one for one in scene.lights if reaches(one, scene.bounds_ws())])
     if light is None:
-        sun = default_sun(camera) if request is not None and request.is_drawing else world_sun()
+        sun = default_sun(camera) if wish is not None and wish.is_drawing else world_sun()
         return sun, (FAINT_LIGHT.format(scene.lights[0].name) if scene.lights else NO_LIGHT,)
     others = len(scene.lights) - 1
     return light, ((f"'{light.name}' casts the shadows; {others} other light{'s' * (others > 1)} left out.",) if others else ())

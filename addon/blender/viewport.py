@@ -26,7 +26,7 @@ from ..pipeline.job import Job
 from ..studies.run import Pending, libraries_ready
 from . import session
 from .live_scene import LiveScene
-from .request import ENGINE
+from .render_wish import ENGINE
 from .textures import texture_of
 
 COARSE = 2  # pixels and map texels per side are divided by this while the view moves

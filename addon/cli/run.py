@@ -10,7 +10,7 @@ from pathlib import Path
 from ..blender import presets
 from ..blender.inputs import open_deck, open_input
 from ..blender.properties import settings_from
-from ..blender.request import Request
+from ..blender.render_wish import RenderWish
 from ..errors import UserError
 from ..scene.asked_view import Lens, camera_maker, light_maker
 from ..scene.user_files import Key, Noted, run_of_inputs
@@ -67,7 +67,7 @@ def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted:
     settings.append(chosen_settings(settings_from(scene.cad_shadow), args))
     if args.crease_angle is not None:
         scene.cad_shadow.crease_angle = args.crease_angle
-    report, line = COMMANDS[args.command](scene, request_for(item.name, args, settings[0], warnings), item.stem, args)
+    report, line = COMMANDS[args.command](scene, wish_for(item.name, args, settings[0], warnings), item.stem, args)
     if stamp is None:
         return report, line
     return _stamped(report, {**stamp, "companions": companions_of(item, noted)}, files, item, args), line
@@ -94,14 +94,14 @@ def _stamped(
     return report
 
 
-def request_for(name: str, args: argparse.Namespace, settings: Settings, warnings: tuple[str, ...]) -> Request:
+def wish_for(name: str, args: argparse.Namespace, settings: Settings, warnings: tuple[str, ...]) -> RenderWish:
     """What the engine is asked for: view and light as the command line says, else as the scene says."""
     half_fov = None if args.fov_y is None else args.fov_y / 2.0
     camera = camera_maker(args.camera, args.view, args.eye, args.target, args.up, half_fov)
     light = light_maker(args.light, args.light_direction)
     complaints = (*warnings, *idle_options(settings, args))
     lens, is_drawing = Lens(half_fov, args.near, args.far), args.view is not None
-    return Request(name, (), camera, light, settings, lens, args.size, complaints, is_drawing)
+    return RenderWish(name, (), camera, light, settings, lens, args.size, complaints, is_drawing)
 
 
 COMMANDS = {

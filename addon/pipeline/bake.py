@@ -17,36 +17,37 @@ from .device import Device
 from .impostors.baked import BakedImpostor
 from .impostors.capture import capture, capture_bytes
 from .impostors.records import ImpostorChoice, ImpostorGroup
-from .renderer import Request, Ticket, render_frame
+from .job import Job
+from .renderer import Ticket, render_frame
 
 BORDER_TEXELS = 8
 PASSES = ("combined", "depth", "normal", "object")
 
 
-def bake(device: Device, request: Request, group: ImpostorGroup, choice: ImpostorChoice, unlit: bool = False) -> BakedImpostor:
-    """Capture `group` of `request`'s scene for its camera and size, shaded by its light and shadows; `unlit` gives bare surface colours.
+def bake(device: Device, job: Job, group: ImpostorGroup, choice: ImpostorChoice, unlit: bool = False) -> BakedImpostor:
+    """Capture `group` of `job`'s scene for its camera and size, shaded by its light and shadows; `unlit` gives bare surface colours.
 
     Raises `SceneError` when there is nothing to capture, or it lies behind or around the camera; `GpuError` when it is too large.
     """
-    rows = np.isin(request.scene.instances.object_id, group.object_ids)
+    rows = np.isin(job.scene.instances.object_id, group.object_ids)
     if not rows.any():
         raise SceneError(f"'{group.name}' has no surface to capture: it is empty, hidden, or holds no mesh.")
-    boxes = request.scene.instance_bounds_ws()[rows]
+    boxes = job.scene.instance_bounds_ws()[rows]
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     hull = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
     try:
-        frame = capture_frame(hull, request.camera, request.size, choice.capture)
-        taken = capture(device, device.store.sync(request.scene), rows, frame, with_back=choice.with_back, choice=choice.edges)
+        frame = capture_frame(hull, job.camera, job.size, choice.capture)
+        taken = capture(device, device.store.sync(job.scene), rows, frame, with_back=choice.with_back, choice=choice.edges)
     except SceneError as error:
         raise SceneError(f"'{group.name}': {error}") from error
     taken.release()
-    passes = _shaded(device, request, rows, frame, unlit)
+    passes = _shaded(device, job, rows, frame, unlit)
     mask = np.isfinite(passes["depth"])
     if not mask.any():
         raise SceneError(f"'{group.name}' is thinner than the texels everywhere: come nearer, or raise the texels per pixel.")
     plane = -float(frame.source[2]) if frame.is_perspective else 0.0
     depth = np.where(mask, np.maximum(np.where(mask, passes["depth"], 0.0) - plane, 0.0), 0.0).astype(np.float32)
-    counts = np.array([len(m.triangles) for m in request.scene.meshes])
+    counts = np.array([len(m.triangles) for m in job.scene.meshes])
     return BakedImpostor(
         group.name,
         frame,
@@ -57,22 +58,22 @@ def bake(device: Device, request: Request, group: ImpostorGroup, choice: Imposto
         passes["normal"],
         passes["object"],
         taken.edges,
-        int(counts[request.scene.instances.mesh_index[rows]].sum()),
+        int(counts[job.scene.instances.mesh_index[rows]].sum()),
         capture_bytes(frame),
         {"renderer": device.context.info["GL_RENDERER"], "version": device.context.info["GL_VERSION"]},
     )
 
 
-def _shaded(device: Device, request: Request, rows: np.ndarray, frame: CaptureFrame, unlit: bool) -> dict[str, np.ndarray]:
+def _shaded(device: Device, job: Job, rows: np.ndarray, frame: CaptureFrame, unlit: bool) -> dict[str, np.ndarray]:
     """The passes of the texture: these instances alone before nothing, in the shadows of all."""
     shading = {"background": (0.0, 0.0, 0.0, 0.0)}
     if unlit:
         shading |= {"ambient_sky": (1.0, 1.0, 1.0), "ambient_ground": (1.0, 1.0, 1.0), "display": "shaded"}
     asked = replace(
-        request,
+        job,
         camera=frame.camera(),
-        light=None if unlit else request.light,
-        settings=request.settings.replaced(shading=shading),
+        light=None if unlit else job.light,
+        settings=job.settings.replaced(shading=shading),
         size=(frame.width, frame.height),
         passes=PASSES,
         measure=False,
@@ -111,14 +112,14 @@ def _around(image: np.ndarray) -> np.ndarray:
 
 
 def bake_all(
-    device: Device, request: Request, ticket: Ticket, choice: ImpostorChoice, unlit: bool = False
+    device: Device, job: Job, ticket: Ticket, choice: ImpostorChoice, unlit: bool = False
 ) -> list[BakedImpostor | SceneError | GpuError]:
     """Every group of `choice` baked (a task of the renderer); in the place of one that could not be, its error."""
     out = []
     for number, group in enumerate(choice.groups):
         ticket.enter(number / len(choice.groups), "capturing")
         try:
-            out.append(bake(device, request, group, choice, unlit))
+            out.append(bake(device, job, group, choice, unlit))
         except (SceneError, GpuError) as error:
             out.append(error)
     return out

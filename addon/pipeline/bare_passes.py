@@ -16,7 +16,8 @@ from ..scene.records import Scene
 from .device import Device
 from .gl.gl_raw import GL_DEPTH_CLAMP
 from .gl.programs import matrix_bytes, set_uniforms
-from .renderer import Request, Ticket, render_frame
+from .job import Job
+from .renderer import Ticket, render_frame
 
 
 class BarePasses:
@@ -90,14 +91,14 @@ def _kept(device: Device) -> _Kept:
     return device.attached("bare passes", lambda: _Kept(device))
 
 
-def timed(device: Device, request: Request, ticket: Ticket) -> tuple[float, float]:
+def timed(device: Device, job: Job, ticket: Ticket) -> tuple[float, float]:
     """Milliseconds of the frame and of the bare passes of the same scene and view (a task of the renderer)."""
-    frame = render_frame(device, request, ticket)
-    bare = _kept(device).of(request.scene)
-    return ticket.timing_ms["total"], bare.draw(request.camera, frame.plan, request.size, request.settings.fit.size)
+    frame = render_frame(device, job, ticket)
+    bare = _kept(device).of(job.scene)
+    return ticket.timing_ms["total"], bare.draw(job.camera, frame.plan, job.size, job.settings.fit.size)
 
 
-def forget(device: Device, _request: Request, _ticket: Ticket) -> None:
+def forget(device: Device, _job: Job, _ticket: Ticket) -> None:
     """Free what `timed` has kept (a task of the renderer)."""
     _kept(device).release()
 

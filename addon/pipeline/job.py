@@ -1,8 +1,8 @@
-"""One picture asked for: everything it needs. Data only; `blender/sources.py` makes jobs from Blender's data."""
+"""One picture asked for: everything that the renderer needs. Data only; `blender/sources.py` makes jobs from Blender's data."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from ..errors import SceneError
@@ -11,6 +11,8 @@ from ..scene.records import Scene
 from ..settings.groups import Settings
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from .impostors.records import ImpostorChoice
 
 
@@ -20,24 +22,27 @@ MAX_PIXELS = 16384
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Everything one picture needs, read out of Blender: nothing in it can change while it is rendered.
+    """Everything one picture needs: nothing in it can change while it is rendered.
 
-    `name` is the input as the report shows it; `size` (width, height) in pixels; `passes` by the contract's names; `sync_ms` the time
-    that reading the scene took; `warnings` what the user should know about how the scene was read; `measure` False leaves the error
-    statistics out (the live view, where nobody reads them). `impostors` stand for some of the objects; None: all are geometry.
+    `size` (width, height) in pixels; `passes` by the contract's names; `measure` False leaves the error statistics out (the live view,
+    where nobody reads them). `impostors` stand for some of the objects; None: all are geometry. `shown` (I,) bool: the instances that the
+    camera sees, where not all; the others still cast shadows. For the report: `name` of the input; `sync_ms`, the time that reading the
+    scene took; `warnings`, what the user should know about how it was read.
     """
 
-    name: str
     scene: Scene
     camera: Camera
     light: Light | None
     settings: Settings
     size: tuple[int, int]
-    passes: tuple[str, ...] = ENGINE_PASSES
-    sync_ms: float | None = None
-    warnings: tuple[str, ...] = field(default=())
+    passes: tuple[str, ...] = ("combined",)
+    _: KW_ONLY
     measure: bool = True
     impostors: ImpostorChoice | None = None
+    shown: np.ndarray | None = None
+    name: str = ""
+    sync_ms: float | None = None
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not all(1 <= n <= MAX_PIXELS for n in self.size):

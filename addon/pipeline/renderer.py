@@ -1,4 +1,4 @@
-"""Scene + camera + light + settings → Frame. Callable from any thread; all GL happens on the worker.
+"""Job → Frame. Callable from any thread; all GL happens on the worker.
 
 The order is the method's: G-buffer → receivers → shadow projections → shadow maps → deferred shading → read-back. What the GPU still
 holds from the frame before (surfaces, projections, maps) is not made again.
@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
-from concurrent.futures import TimeoutError as FutureTimeoutError
 from dataclasses import dataclass, field, replace
 
 import moderngl
@@ -20,25 +19,22 @@ from ..maths.error.aliasing import aliasing_statistics
 from ..maths.error.precision import Loss, precision_loss
 from ..maths.shadow.fit import plan_shadows
 from ..maths.shadow.projection import ShadowPlan
-from ..maths.view import Camera, Light
-from ..scene.records import Scene
-from ..settings.groups import Settings
+from ..maths.view import Camera
 from .device import Device, device_of
 from .frame import Frame
 from .geometry.draw_list import DrawList
-from .gl.context import POLL_S, GpuWorker, shared_worker
+from .gl.context import GpuWorker, shared_worker
 from .gl.gl_raw import finish
 from .gl.machine import check_picture
 from .gl.readback import frame_passes, read_texture
 from .impostors.life import ImpostorFrame, library_of
-from .impostors.records import ImpostorChoice
 from .impostors.shadows import casters_of
+from .job import Job
 from .passes.gbuffer import draw_gbuffer, pixel_rays, surface_points_ws
 from .passes.shadow import ShadowMaps, draw_shadow_maps
 
-Progress = Callable[[float, str], None]
 Task = Callable[..., object]
-"""What the worker can be asked: a function of a module, called with (device, request, ticket, …); `render_frame` is one."""
+"""What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
 STAGES = ("sync", "upload", "gbuffer", "shadow", "shade", "readback")
 PRECISION_PLACES = 4096
 DATA_PASSES = ("shadow", "depth", "normal", "object", "partition", "aliasing")
@@ -64,21 +60,6 @@ class Ticket:
         self.is_cancelled = True
 
 
-@dataclass(frozen=True)
-class Request:
-    """Everything one frame needs. `shown` (I,) bool: the instances that the camera sees, where not all; the others still cast shadows."""
-
-    scene: Scene
-    camera: Camera
-    light: Light | None
-    settings: Settings
-    size: tuple[int, int]
-    passes: tuple[str, ...] = ("combined",)
-    measure: bool = True
-    impostors: ImpostorChoice | None = None
-    shown: np.ndarray | None = None
-
-
 class Renderer:
     """Renders on a `GpuWorker`; holds no GL object itself (they live in the worker's `Device`)."""
 
@@ -90,82 +71,51 @@ class Renderer:
         """The worker used: its own, or the add-on's shared one."""
         return self._worker or shared_worker()
 
-    def render(
-        self,
-        scene: Scene,
-        camera: Camera,
-        light: Light | None,
-        settings: Settings,
-        size: tuple[int, int],
-        passes: tuple[str, ...] = ("combined",),
-        *,
-        measure: bool = True,
-        impostors: ImpostorChoice | None = None,
-        progress: Progress | None = None,
-        cancelled: Callable[[], bool] | None = None,
-    ) -> Frame:
-        """One frame, waited for; `impostors` stand for some of its objects. `progress` and `cancelled` are called on the calling thread.
-
-        Raises `SceneError` (nothing to draw), `GpuError` (no context, too large), `Cancelled`.
-        """
-        future, ticket = self.submit(Request(scene, camera, light, settings, size, tuple(passes), measure, impostors))
-        while True:
-            try:
-                return future.result(timeout=POLL_S if progress or cancelled else None)
-            except FutureTimeoutError:
-                if future.done():
-                    return future.result()
-                if progress:
-                    progress(ticket.fraction, ticket.stage)
-                if cancelled and cancelled():
-                    ticket.is_cancelled = True
-                    future.cancel()
-
-    def submit(self, request: Request, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
+    def submit(self, job: Job, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
         """Queue a frame, or another task about one; set `ticket.is_cancelled` to give it up between stages."""
         ticket = Ticket()
-        return self.queue(request, ticket, task, *arguments), ticket
+        return self.queue(job, ticket, task, *arguments), ticket
 
-    def queue(self, request: Request, ticket: Ticket, task: Task | None = None, *arguments: object) -> Future:
+    def queue(self, job: Job, ticket: Ticket, task: Task | None = None, *arguments: object) -> Future:
         """Queue a frame, or another task, with a ticket of the caller's own."""
         work = task or render_frame
-        return self.worker.submit(lambda context: work(device_of(context, self.worker), request, ticket, *arguments), ticket.give_up)
+        return self.worker.submit(lambda context: work(device_of(context, self.worker), job, ticket, *arguments), ticket.give_up)
 
 
-def render_frame(device: Device, request: Request, ticket: Ticket) -> Frame:
+def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     """Make one frame on the worker thread."""
     clock = _Clock(device.context, ticket)
-    _check_size(device.context, request.size)
-    check_picture(request.size, _wants_data(request))
-    scene_bounds = request.scene.bounds_ws()
+    check_size(device.context, job.size)
+    check_picture(job.size, _wants_data(job))
+    scene_bounds = job.scene.bounds_ws()
     ticket.enter(0.05, "upload")
-    draw_list = device.store.sync(request.scene)
+    draw_list = device.store.sync(job.scene)
     clock.lap("upload")
     ticket.enter(0.2, "gbuffer")
-    impostors, choice = None, request.impostors
+    impostors, choice = None, job.impostors
     if choice is not None:
-        library, samples = library_of(device, choice.fresh), request.settings.shading.samples
-        impostors = library.update(request.scene, draw_list, request.camera, request.size, choice, samples)
-    _draw_surfaces(device, request, draw_list, request.camera, impostors)
+        library, samples = library_of(device, choice.fresh), job.settings.shading.samples
+        impostors = library.update(job.scene, draw_list, job.camera, job.size, choice, samples)
+    _draw_surfaces(device, job, draw_list, job.camera, impostors)
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
-    plan = _plan(device, request, scene_bounds)
+    plan = _plan(device, job, scene_bounds)
     if plan is not None:
-        _cast(device, request, draw_list, plan, impostors)
+        _cast(device, job, draw_list, plan, impostors)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
-    combined, data = _shade(device, request, draw_list, plan, impostors, ticket)
+    combined, data = _shade(device, job, draw_list, plan, impostors, ticket)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
-    frame = _frame(device, request, draw_list, plan, impostors, combined, data)
+    frame = _frame(device, job, draw_list, plan, impostors, combined, data)
     clock.lap("readback")
     clock.total()
     return replace(frame, timing_ms=dict(ticket.timing_ms))
 
 
-def _draw_surfaces(device: Device, request: Request, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None) -> None:
+def _draw_surfaces(device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None) -> None:
     """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
-    gbuffer, rows = device.gbuffer(request.size), impostors.geometry_rows if impostors is not None else request.shown
+    gbuffer, rows = device.gbuffer(job.size), impostors.geometry_rows if impostors is not None else job.shown
     wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
     if wanted is not None and gbuffer.holds == wanted:
         return
@@ -175,86 +125,86 @@ def _draw_surfaces(device: Device, request: Request, draw_list: DrawList, camera
     gbuffer.holds = wanted
 
 
-def _plan(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowPlan | None:
+def _plan(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan | None:
     """The shadow projections for what this camera really sees; those of the frame before where nothing they depend on has changed."""
-    if request.light is None:
+    if job.light is None:
         return None
-    s, surfaces = request.settings, device.gbuffer(request.size).holds
-    wanted = (surfaces, request.size, request.light.key, s.warp, s.partition, s.fit) if surfaces is not None else None
+    s, surfaces = job.settings, device.gbuffer(job.size).holds
+    wanted = (surfaces, job.size, job.light.key, s.warp, s.partition, s.fit) if surfaces is not None else None
     if wanted is None or device.plan is None or device.plan[0] != wanted:
-        device.plan = wanted, _fitted(device, request, scene_bounds)
+        device.plan = wanted, _fitted(device, job, scene_bounds)
     return device.plan[1]
 
 
-def _fitted(device: Device, request: Request, scene_bounds: np.ndarray) -> ShadowPlan:
-    s, receivers = request.settings, None
+def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
+    s, receivers = job.settings, None
     if s.fit.kind == "samples":
-        receivers = surface_points_ws(read_texture(device.gbuffer(request.size).view_depth, flip=False), request.camera)
+        receivers = surface_points_ws(read_texture(device.gbuffer(job.size).view_depth, flip=False), job.camera)
     return plan_shadows(
-        request.camera,
-        request.light,
+        job.camera,
+        job.light,
         s.warp,
         s.partition,
         s.fit,
         receivers_ws=receivers,
         scene_bounds_ws=scene_bounds,
-        caster_bounds_ws=request.scene.instance_bounds_ws(),
-        image_size=request.size,
+        caster_bounds_ws=job.scene.instance_bounds_ws(),
+        image_size=job.size,
     )
 
 
-def _shadow_maps(device: Device, request: Request, plan: ShadowPlan) -> ShadowMaps:
-    return device.shadow_maps(request.settings.fit.size, len(plan.projections), request.settings.test)
+def _shadow_maps(device: Device, job: Job, plan: ShadowPlan) -> ShadowMaps:
+    return device.shadow_maps(job.settings.fit.size, len(plan.projections), job.settings.test)
 
 
-def _cast(device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None) -> None:
+def _cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None) -> None:
     """Fill the shadow maps: triangles, and impostors where they are chosen as casters. Without impostors they may be full already."""
-    maps, choice = _shadow_maps(device, request, plan), request.impostors
-    wanted = (device.plan[0], request.settings.test.id_per_material) if impostors is None else None
+    maps, choice = _shadow_maps(device, job, plan), job.impostors
+    wanted = (device.plan[0], job.settings.test.id_per_material) if impostors is None else None
     if wanted is not None and maps.holds == wanted:
         return
     casters = None
     if impostors is not None and choice.casters == "impostor":
-        casters = casters_of(device).update(request.scene, draw_list, request.light, maps, plan, choice, impostors)
+        casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
     rows = casters.rows if casters is not None and casters.textures else None
-    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, request.settings.test, rows)
+    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, job.settings.test, rows)
     if casters is not None:
         casters.draw(device, maps, plan)
     maps.holds = wanted
 
 
-def _wants_data(request: Request) -> bool:
-    return request.measure or any(name in DATA_PASSES for name in request.passes)
+def _wants_data(job: Job) -> bool:
+    return job.measure or any(name in DATA_PASSES for name in job.passes)
 
 
 def _shade(
-    device: Device, request: Request, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
+    device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
 ) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
     """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
-    wants_data = _wants_data(request)
-    samples = request.settings.shading.samples if "combined" in request.passes else 1
-    target = device.shade_target(request.size, wants_data)
+    wants_data = _wants_data(job)
+    samples = job.settings.shading.samples if "combined" in job.passes else 1
+    target = device.shade_target(job.size, wants_data)
     if wants_data or samples == 1:
-        _shade_once(device, request, request.camera, draw_list, plan, target)
+        _shade_once(device, job, job.camera, draw_list, plan, target)
     data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
     if samples == 1:
-        return (read_texture(target.textures[0]) if "combined" in request.passes else None), data
-    combined = np.zeros((request.size[1], request.size[0], 4), np.float32)
-    target = device.shade_target(request.size, False)
-    for i, camera in enumerate(_jittered(request.camera, request.size, samples)):
+        return (read_texture(target.textures[0]) if "combined" in job.passes else None), data
+    combined = np.zeros((job.size[1], job.size[0], 4), np.float32)
+    target = device.shade_target(job.size, False)
+    for i, camera in enumerate(_jittered(job.camera, job.size, samples)):
         ticket.enter(0.7 + 0.25 * i / samples, "shade")
-        _draw_surfaces(device, request, draw_list, camera, impostors)
-        _shade_once(device, request, camera, draw_list, plan, target)
+        _draw_surfaces(device, job, draw_list, camera, impostors)
+        _shade_once(device, job, camera, draw_list, plan, target)
         combined += read_texture(target.textures[0])
     return combined / np.float32(samples), data
 
 
-def _shade_once(device: Device, request: Request, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
-    maps = _shadow_maps(device, request, plan) if plan is not None else None
-    triangles = device.triangles(linked=maps is not None and request.settings.test.kind == "triangle")
-    large = device.large_planes(draw_list, request.camera, plan) if plan is not None else None
-    gbuffer = device.gbuffer(request.size)
-    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, request.light, plan, request.settings, large)
+def _shade_once(device: Device, job: Job, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
+    maps = _shadow_maps(device, job, plan) if plan is not None else None
+    triangles = device.triangles(linked=maps is not None and job.settings.test.kind == "triangle")
+    large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
+    gbuffer = device.gbuffer(job.size)
+    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large)
 
 
 def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:
@@ -272,25 +222,25 @@ def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camer
 
 def _frame(
     device: Device,
-    request: Request,
+    job: Job,
     draw_list: DrawList,
     plan: ShadowPlan | None,
     impostors: ImpostorFrame | None,
     combined: np.ndarray | None,
     data: list[np.ndarray] | None,
 ) -> Frame:
-    passes, loss = frame_passes(combined, data, request.passes), Loss()
+    passes, loss = frame_passes(combined, data, job.passes), Loss()
     measured, warnings = None, plan.warnings if plan is not None else ()
-    if request.measure and data is not None:
+    if job.measure and data is not None:
         errors = data[0]
         seen = errors[..., 0] >= 0.0
         measured = aliasing_statistics(errors[..., 0][seen], errors[..., 1][seen], errors[..., 2][seen])
-        loss = _precision(request, plan, draw_list, data)
+        loss = _precision(job, plan, draw_list, data)
         measured["precision"] = loss.as_dict()
-    if "texel" in request.passes and plan is not None:
-        passes["shadow_depth"] = _shadow_maps(device, request, plan).read()
+    if "texel" in job.passes and plan is not None:
+        passes["shadow_depth"] = _shadow_maps(device, job, plan).read()
     info = device.context.info
-    geometry = {"meshes": len(request.scene.meshes), "instances": len(request.scene.instances), "triangles": request.scene.triangle_count}
+    geometry = {"meshes": len(job.scene.meshes), "instances": len(job.scene.instances), "triangles": job.scene.triangle_count}
     if impostors is not None:
         geometry["triangles_saved"] = impostors.triangles_saved
     return Frame(
@@ -305,22 +255,23 @@ def _frame(
     )
 
 
-def _precision(request: Request, plan: ShadowPlan | None, draw_list: DrawList, data: list[np.ndarray]) -> Loss:
+def _precision(job: Job, plan: ShadowPlan | None, draw_list: DrawList, data: list[np.ndarray]) -> Loss:
     """What float32 loses in the maps, at some thousand of the places that the picture shows."""
     if plan is None:
         return Loss()
-    step = max(1, int((request.size[0] * request.size[1] / PRECISION_PLACES) ** 0.5))
+    step = max(1, int((job.size[0] * job.size[1] / PRECISION_PLACES) ** 0.5))
     depth, index = data[1][::step, ::step, 3], data[2][::step, ::step, 1]
-    along, start = pixel_rays(request.camera, request.size)
+    along, start = pixel_rays(job.camera, job.size)
     rows, columns = np.nonzero(index >= 0)
-    pixels = np.column_stack([columns * step + 0.5, request.size[1] - (rows * step + 0.5), np.ones(len(rows))])
+    pixels = np.column_stack([columns * step + 0.5, job.size[1] - (rows * step + 0.5), np.ones(len(rows))])
     points = pixels @ start.T + (pixels @ along.T) * depth[rows, columns].astype(np.float64)[:, None]
     return precision_loss(
-        plan, request.camera, request.light, points, index[rows, columns], request.settings.fit.size, request.size, draw_list.longest_edge_m
+        plan, job.camera, job.light, points, index[rows, columns], job.settings.fit.size, job.size, draw_list.longest_edge_m
     )
 
 
-def _check_size(context: moderngl.Context, size: tuple[int, int]) -> None:
+def check_size(context: moderngl.Context, size: tuple[int, int]) -> None:
+    """Raise `GpuError` for a picture that the driver cannot hold."""
     limit = context.info["GL_MAX_TEXTURE_SIZE"]
     if not (1 <= size[0] <= limit and 1 <= size[1] <= limit):
         raise GpuError(

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
@@ -46,31 +46,29 @@ class Outcome:
         return report_of(self.job, self.frame)
 
 
-def _pipeline() -> tuple[type, Callable]:
-    """The renderer's request type and the shared renderer. Loaded with the first picture, so that enabling the add-on stays quick."""
+def _pipeline() -> Callable[[], Renderer | RemoteRenderer]:
+    """What gives the shared renderer. Loaded with the first picture, so that enabling the add-on stays quick."""
     try:
-        from ..pipeline.renderer import Request, shared_renderer
+        from ..pipeline.renderer import shared_renderer
 
         if chosen().is_separate:
             from ..pipeline.remote.renderer import shared_remote as shared_renderer
     except ImportError as error:
         raise GpuError(f"A library is missing ({error}): install the extension from its zip, which brings all of them.") from error
-    return Request, shared_renderer
+    return shared_renderer
 
 
 def renderer() -> Renderer | RemoteRenderer:
     """What draws pictures: on the worker of this process, or in a process of its own, as the machine is to be used."""
-    return _pipeline()[1]()
+    return _pipeline()()
 
 
-def queue_task(task: Task | None, job: Job, *arguments: object, **changes: object) -> Future:
-    """A task of the renderer about the job's picture, queued where pictures are drawn; None: the picture itself, as a frame.
+def queue_task(task: Task | None, job: Job, *arguments: object) -> Future:
+    """A task of the renderer about the job, queued where pictures are drawn; None: its picture, as a frame.
 
-    `changes` to the request, by the names of its fields. Raises `GpuError` when a library is missing.
+    Raises `GpuError` when a library is missing.
     """
-    request, shared = _pipeline()
-    asked = request(job.scene, job.camera, job.light, job.settings, job.size, measure=False)
-    return shared().submit(replace(asked, **changes), task, *arguments)[0]
+    return renderer().submit(job, task, *arguments)[0]
 
 
 _importing: list[Thread] = []
@@ -104,13 +102,11 @@ def on_worker(work: Callable[[], T]) -> Future[T]:
 
 
 class Pending:
-    """A job under way on the worker. Every method returns at once, except `result` before it is `done`."""
+    """A job under way on the worker, or `on` another renderer. Every method returns at once, except `result` before it is `done`."""
 
-    def __init__(self, job: Job) -> None:
-        request, renderer = _pipeline()
+    def __init__(self, job: Job, on: Renderer | RemoteRenderer | None = None) -> None:
         self.job = job
-        asked = request(job.scene, job.camera, job.light, job.settings, job.size, job.passes, job.measure, job.impostors)
-        self._future, self._ticket = renderer().submit(asked)
+        self._future, self._ticket = (on or renderer()).submit(job)
 
     @property
     def progress(self) -> tuple[float, str]:
@@ -134,12 +130,14 @@ class Pending:
             raise Cancelled("Cancelled.") from None
 
 
-def run(job: Job, progress: Progress | None = None, cancelled: Cancels | None = None) -> Outcome:
-    """Render `job` on the worker thread and wait for it. Callable from any thread but the worker's.
+def run(
+    job: Job, progress: Progress | None = None, cancelled: Cancels | None = None, on: Renderer | RemoteRenderer | None = None
+) -> Outcome:
+    """Render `job` on the worker thread, or `on` another renderer, and wait for it. Callable from any thread but the worker's.
 
     `progress(fraction, stage)` and `cancelled()` are called on the waiting thread. Raises as `Pending.result` does.
     """
-    pending = Pending(job)
+    pending = Pending(job, on)
     while True:
         try:
             return pending.result(POLL_S)

@@ -55,7 +55,7 @@ def live(viewport):
 def job_of(room, scene):
     """The job of a live view of that scene."""
     camera, settings = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), room("settings.groups").Settings()
-    return room("pipeline.job").Job("viewport", scene, camera, scenes.sun(40.0), settings, (8, 8), ("combined",), measure=False)
+    return room("pipeline.job").Job(scene, camera, scenes.sun(40.0), settings, (8, 8), measure=False)
 
 
 def field(room, count):

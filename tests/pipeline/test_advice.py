@@ -31,7 +31,7 @@ def worker_closed():
 
 
 def job_at(camera=ALONG, light=SUN, settings=SETTINGS, scene=None):
-    return Job("test", scene or scenes.border_floor(100.0, 12), camera, light, settings, SIZE)
+    return Job(scene or scenes.border_floor(100.0, 12), camera, light, settings, SIZE)
 
 
 def done(shots, goal, **options):

@@ -12,10 +12,12 @@ from addon.pipeline.geometry.ranges import Ranges
 from addon.pipeline.gl import allocation, gl_raw
 from addon.pipeline.gl.context import GpuWorker
 from addon.pipeline.gl.gl_raw import BufferTexture, live_objects
+from addon.pipeline.job import Job
 from addon.pipeline.passes import nsm, outline, shadow
 from addon.pipeline.passes.shadow import MAX_MAPS, ShadowMaps
 from addon.pipeline.renderer import Renderer
 from addon.settings.groups import Settings, TestChoice
+from addon.studies.run import run
 from tests import scenes
 
 CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0)
@@ -73,13 +75,13 @@ def test_a_picture_beyond_the_memory_says_so_and_the_next_one_is_drawn(renderer,
             device_of(context, renderer.worker).shade_target((side, side), True)
 
     renderer.worker.call(attempt)
-    assert renderer.render(scenes.railing(), CAMERA, SUN, SMALL, (16, 16)).passes["combined"].shape == (16, 16, 4)
+    assert run(Job(scenes.railing(), CAMERA, SUN, SMALL, (16, 16)), on=renderer).frame.passes["combined"].shape == (16, 16, 4)
 
 
 def test_meshes_beyond_the_memory_leave_empty_pools_and_the_next_scene_is_drawn_right(monkeypatch):
     """The driver refuses the third buffer that grows: the pools then have different lengths and must not be used."""
     fresh = Renderer(GpuWorker())
-    expected = fresh.render(scenes.railing(), CAMERA, SUN, SMALL, (48, 32)).passes["combined"]
+    expected = run(Job(scenes.railing(), CAMERA, SUN, SMALL, (48, 32)), on=fresh).frame.passes["combined"]
     real, asked = moderngl.Context.buffer, []
 
     def buffer(context, data=None, *, reserve=0, dynamic=False):
@@ -95,8 +97,8 @@ def test_meshes_beyond_the_memory_leave_empty_pools_and_the_next_scene_is_drawn_
     with monkeypatch.context() as patch:
         patch.setattr(moderngl.Context, "buffer", buffer)
         with pytest.raises(GpuError, match="not enough graphics memory for the meshes of this scene: hide or simplify"):
-            fresh.render(replace(large, meshes=(big, *large.meshes[1:])), CAMERA, SUN, SMALL, (48, 32))
-    again = fresh.render(scenes.railing(), CAMERA, SUN, SMALL, (48, 32)).passes["combined"]
+            run(Job(replace(large, meshes=(big, *large.meshes[1:])), CAMERA, SUN, SMALL, (48, 32)), on=fresh)
+    again = run(Job(scenes.railing(), CAMERA, SUN, SMALL, (48, 32)), on=fresh).frame.passes["combined"]
     fresh.worker.close()
     assert np.array_equal(again, expected)
 

@@ -17,7 +17,9 @@ from addon.maths.shadow.light_space import round_core
 from addon.maths.shadow.strength import Range, method_strength, steady_strength
 from addon.maths.shadow.warps import gamma_lim_rad, warp_parameter
 from addon.maths.view import Light
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 
 NEAR, FAR = 1.0, 50.0
@@ -41,7 +43,7 @@ def measured_on(renderer, light, warp):
     scene = scenes.calibration_cards(CAMERA, light.direction_ws, DISTANCES, size_px=0.006, spread=0.1)
     kind = warp if isinstance(warp, dict) else {"kind": warp}
     settings = Settings().replaced(warp=kind, partition={"kind": "none"}, fit={"kind": "frustum", "size": MAP})
-    frame = renderer.render(scene, CAMERA, light, settings, SIZE, ("depth", "aliasing", "object"))
+    frame = run(Job(scene, CAMERA, light, settings, SIZE, ("depth", "aliasing", "object")), on=renderer).frame
     cards = [frame.passes["object"] == i for i in range(len(DISTANCES))]
     assert all(card.any() for card in cards), "a card is hidden or falls between the pixels"
     rows = [[np.median(frame.passes["depth"][card]), *np.median(frame.passes["aliasing"][card][:, 1:], axis=0)] for card in cards]

@@ -7,10 +7,12 @@ from addon.maths import anchored_camera, spaces
 from addon.maths.view import Camera
 from addon.pipeline.gl.depth_buffer import has_clip_control
 from addon.pipeline.gl.gl_raw import raw_gl
+from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
 from addon.scene.local_origin import based_near
 from addon.scene.records import Instances, Mesh, Scene
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import plates, scenes
 
 SETTINGS = Settings().replaced(fit={"size": 64}, partition={"kind": "none"})
@@ -27,7 +29,7 @@ def eye(request, worker):
         pytest.skip("this driver has no clip control")
     yield (
         lambda scene, camera, size=plates.SIZE: (
-            Renderer(worker).render(scene, camera, None, SETTINGS, size, ("depth", "normal", "object")).passes
+            run(Job(scene, camera, None, SETTINGS, size, ("depth", "normal", "object")), on=Renderer(worker)).frame.passes
         )
     )
     assert worker.call(has_clip_control) == request.param

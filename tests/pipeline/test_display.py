@@ -5,7 +5,9 @@ import pytest
 
 from addon.images.heatmap import NOTHING, scale_colors
 from addon.images.passes import id_colors
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 
 SIZE = (96, 64)
@@ -16,8 +18,8 @@ SUN = scenes.sun(40.0)
 def shown(renderer, display, light=SUN, camera=CAMERA):
     """sRGB 0…255 of the picture alone, as a live view asks for it, and the data of the same view."""
     chosen = Settings().replaced(shading={"display": display, "samples": 1}, fit={"size": 64})
-    alone = renderer.render(scenes.railing(), camera, light, chosen, SIZE, measure=False).passes["combined"]
-    data = renderer.render(scenes.railing(), camera, light, chosen, SIZE, ("combined", "aliasing", "partition", "depth")).passes
+    alone = run(Job(scenes.railing(), camera, light, chosen, SIZE, measure=False), on=renderer).frame.passes["combined"]
+    data = run(Job(scenes.railing(), camera, light, chosen, SIZE, ("combined", "aliasing", "partition", "depth")), on=renderer).frame.passes
     assert np.array_equal(data["combined"], alone)
     linear = alone[..., :3].astype(np.float64)
     srgb = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1.0 / 2.4) - 0.055)

@@ -12,7 +12,7 @@ from addon.maths.view import Camera
 from addon.pipeline.job import Job
 from addon.settings.groups import Settings
 from addon.studies.error_graph import BINS, FEWEST_IN_BIN, ErrorGraph, error_graph
-from addon.studies.run import Outcome
+from addon.studies.run import run
 from tests import scenes
 
 CAMERA = scenes.look_at((0.0, -4.0, 3.0), (0.0, 60.0, 0.0), near=0.5, far=90.0)
@@ -23,8 +23,8 @@ PASSES = ("combined", "depth", "aliasing")
 def outcome(renderer, light=None, camera=CAMERA, **partition):
     chosen = Settings().replaced(partition=partition or {"kind": "z-log", "count": 4}, fit={"kind": "frustum", "size": 128})
     light = scenes.sun(50.0) if light is None else light
-    job = Job("floor", scenes.border_floor(60.0, 12), camera, light, chosen, (160, 120), PASSES)
-    return Outcome(job, renderer.render(job.scene, camera, light, chosen, job.size, PASSES))
+    job = Job(scenes.border_floor(60.0, 12), camera, light, chosen, (160, 120), PASSES)
+    return run(job, on=renderer)
 
 
 def test_measured_quantiles_are_those_of_the_pixels_in_each_bin(renderer):

@@ -12,7 +12,9 @@ from addon.pipeline.gl.readback import read_texture
 from addon.pipeline.impostors.capture import capture
 from addon.pipeline.impostors.life import CARRIED, library_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 
@@ -32,7 +34,10 @@ def approach(renderer):
 
     def film(cameras, choice=ALL):
         empty()
-        return [renderer.render(SCENE, c, scenes.sun(50.0), CHEAP, SIZE, ("combined",), measure=False, impostors=choice) for c in cameras]
+        return [
+            run(Job(SCENE, c, scenes.sun(50.0), CHEAP, SIZE, ("combined",), measure=False, impostors=choice), on=renderer).frame
+            for c in cameras
+        ]
 
     yield film
     empty()
@@ -86,7 +91,7 @@ def test_what_was_gathered_otherwise_is_not_carried_over(approach, renderer, cha
     other = replace(ALL, with_back=False) if changed == "with_back" else replace(ALL, edges=replace(ALL.edges, bins=4))
     approach(NEARER[:1])
     for camera in NEARER[1:]:
-        frame = renderer.render(SCENE, camera, scenes.sun(50.0), CHEAP, SIZE, ("combined",), measure=False, impostors=other)
+        frame = run(Job(SCENE, camera, scenes.sun(50.0), CHEAP, SIZE, ("combined",), measure=False, impostors=other), on=renderer).frame
         if frame.impostors[0].stage == "regenerated":
             break
     assert frame.impostors[0].edges.gathered is None

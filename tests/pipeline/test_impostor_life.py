@@ -15,7 +15,9 @@ from addon.pipeline.impostors.life import library_of
 from addon.pipeline.impostors.records import CASTERS, ImpostorChoice, ImpostorGroup
 from addon.pipeline.impostors.shadows import casters_of
 from addon.pipeline.impostors.sights import START_PIXEL_NS
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 
@@ -34,7 +36,7 @@ def film(renderer):
         renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
 
     def shot(camera, choice=ALL, scene=SCENE, passes=("combined", "object", "depth"), light=SUN):
-        return renderer.render(scene, camera, light, CHEAP, SIZE, passes, measure=False, impostors=choice)
+        return run(Job(scene, camera, light, CHEAP, SIZE, passes, measure=False, impostors=choice), on=renderer).frame
 
     empty()
     shot.empty = empty
@@ -317,7 +319,9 @@ def test_shadows_of_impostors_follow_the_light_and_the_object(film, renderer):
 def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
     by_id = CHEAP.replaced(test={"kind": "id-depth"})
     frames = [
-        renderer.render(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=replace(ALL, casters=casters))
+        run(
+            Job(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=replace(ALL, casters=casters)), on=renderer
+        ).frame
         for casters in CASTERS
     ]
     np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])

@@ -33,7 +33,7 @@ def worker_closed():
 
 
 def job_and_plan(kind, **choices):
-    job = Job("test", scenes.border_floor(80.0, 10), CAMERA, LIGHTS[kind], Settings().replaced(fit={"size": 128}, **choices), (160, 90))
+    job = Job(scenes.border_floor(80.0, 10), CAMERA, LIGHTS[kind], Settings().replaced(fit={"size": 128}, **choices), (160, 90))
     return job, run(replace(job, passes=("depth",), measure=False)).frame.plan
 
 

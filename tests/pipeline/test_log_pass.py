@@ -7,8 +7,10 @@ from scipy.spatial import Delaunay
 
 from addon.maths.shadow.lookup import unproject
 from addon.maths.view import Light
+from addon.pipeline.job import Job
 from addon.pipeline.passes import log_map
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 from tests.pipeline.oracle import world_corners
 
@@ -59,7 +61,7 @@ def log_frame(renderer, scene, warp="logpsm", **test):
     """A frame with one logarithmic map of MAP² texels."""
     kind = warp if isinstance(warp, dict) else {"kind": warp}
     chosen = Settings().replaced(warp=kind, partition={"kind": "none"}, fit={"kind": "scene", "size": MAP}, test=test)
-    return renderer.render(scene, CAMERA, SUN, chosen, SIZE, ("texel", "shadow"))
+    return run(Job(scene, CAMERA, SUN, chosen, SIZE, ("texel", "shadow")), on=renderer).frame
 
 
 def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monkeypatch):
@@ -95,7 +97,7 @@ def test_no_crack_opens_between_triangles_that_share_an_edge(renderer, warp):
     scene = scenes.scene_of((np.c_[points, np.zeros(len(points))], triangles))
     sun = Light("sun", np.array([0.0, 0.0, 1.0]))
     chosen = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": 1024})
-    frame = renderer.render(scene, CAMERA, sun, chosen, SIZE, ("texel",))
+    frame = run(Job(scene, CAMERA, sun, chosen, SIZE, ("texel",)), on=renderer).frame
     depth, projection = frame.passes["shadow_depth"][0], frame.plan.projections[0]
     expected = ray_depth(scenes.scene_of(scenes.sheet(*(tuple(c) + (0.0,) for c in corners))), projection, 1024)
     inside = minimum_filter(expected, 5) == maximum_filter(expected, 5)

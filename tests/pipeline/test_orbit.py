@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from addon.maths.choices import WARPS
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests.maths.shadow.fit_rigs import texel_sizes
 from tests.orbit import MAP, SIZE, STEP_DEG, SUN, camera_at, jump, largest_jump, orbited_scene, plan_at, sizes_by_face, sun_at
 
@@ -80,7 +82,7 @@ def test_nor_in_the_maps_of_a_face(scene, partition):
 def test_no_picture_of_the_orbit_holds_a_nan(renderer, scene, warp, fit):
     settings = Settings().replaced(warp={"kind": warp}, fit={"kind": fit, "size": 128}, shading={"samples": 1})
     for angle in (0.0, 1e-6, 2.0, 90.0, 180.0, 181.0):
-        frame = renderer.render(scene, camera_at(angle), SUN, settings, SIZE, ("combined", "shadow", "aliasing", "partition"))
+        frame = run(Job(scene, camera_at(angle), SUN, settings, SIZE, ("combined", "shadow", "aliasing", "partition")), on=renderer).frame
         assert np.isfinite(frame.passes["combined"]).all()
         assert np.isfinite(frame.passes["shadow"]).all()
         assert (frame.passes["aliasing"][frame.passes["partition"] >= 0] > 0.0).all()

@@ -5,8 +5,10 @@ import pytest
 
 from addon.maths.error import measure
 from addon.maths.shadow import lookup
+from addon.pipeline.job import Job
 from addon.pipeline.renderer import DATA_PASSES
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 from tests.pipeline import oracle
 
@@ -24,7 +26,7 @@ def settings(warp="lispsm-general", partition="none", fit="scene", size=MAP, **t
 
 
 def render(renderer, scene, chosen, passes=DATA_PASSES, light=SUN, camera=CAMERA):
-    return renderer.render(scene, camera, light, chosen, SIZE, passes)
+    return run(Job(scene, camera, light, chosen, SIZE, passes), on=renderer).frame
 
 
 @pytest.mark.parametrize("make", SCENES)

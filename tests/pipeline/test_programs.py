@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from addon.pipeline.gl import programs
+from addon.pipeline.job import Job
 from addon.settings.groups import Settings
+from addon.studies.run import run
 from tests import scenes
 
 CAMERA = scenes.look_at((14.0, -16.0, 9.0), (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0)
@@ -70,7 +72,7 @@ def test_every_name_in_a_condition_is_defined(renderer, monkeypatch, choice):
     monkeypatch.setattr(programs.Programs, "get", noted)
     settings = Settings().replaced(fit={"size": 128}, **choice)
     for scene in (HUGE, scenes.closed_box()):
-        frame = renderer.render(scene, CAMERA, scenes.sun(40.0), settings, (64, 48), ("combined", "shadow"))
+        frame = run(Job(scene, CAMERA, scenes.sun(40.0), settings, (64, 48), ("combined", "shadow")), on=renderer).frame
         assert np.isfinite(frame.passes["combined"]).all()
     assert {name for name, _ in got} >= {"gbuffer.vert", "gbuffer_cut.vert", "shade.frag"}
     assert {(name, word) for name, values in got for word in undefined(programs.source(name, values))} == set()

@@ -15,9 +15,10 @@ from addon.pipeline.bake import bake_all
 from addon.pipeline.bare_passes import forget, timed
 from addon.pipeline.gl import machine
 from addon.pipeline.gl.machine import Machine
+from addon.pipeline.job import Job
 from addon.pipeline.remote.child import Server
 from addon.pipeline.remote.renderer import RemoteRenderer
-from addon.pipeline.renderer import DATA_PASSES, Request
+from addon.pipeline.renderer import DATA_PASSES
 from addon.scene.records import Instances, Scene
 from addon.settings.groups import Settings
 from addon.studies.impostors.asked import choice_for, whole
@@ -37,7 +38,7 @@ def remote():
 
 
 def asked(scene, size=SIZE, settings=SMALL):
-    return Request(scene, CAMERA, SUN, settings, size, ("combined", *DATA_PASSES))
+    return Job(scene, CAMERA, SUN, settings, size, ("combined", *DATA_PASSES))
 
 
 def test_frames_are_the_same_to_the_last_bit_for_one_scene_after_the_other(renderer, remote):

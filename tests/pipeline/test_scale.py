@@ -7,8 +7,10 @@ import pytest
 
 pytest.importorskip("bpy")
 from addon.maths.shadow import crop, cut  # noqa: E402
+from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer  # noqa: E402
 from addon.scene.local_origin import FARTHEST, based_near, nearest_m  # noqa: E402
+from addon.studies.run import run
 from benchmarks.scale import METHODS, rows_of  # noqa: E402
 from benchmarks.scale_scenes import SIZE, scale_scene  # noqa: E402
 
@@ -37,7 +39,7 @@ def test_without_cutting_the_report_warns_of_what_then_fails(monkeypatch, number
     monkeypatch.setattr(cut, "LARGE", inf)
     monkeypatch.setattr(crop, "HIGHEST", inf)
     case, renderer = scale_scene(number), Renderer()
-    frame = renderer.render(case.scene, case.camera, case.light, METHODS["defaults"], SIZE, ("combined", "shadow"))
+    frame = run(Job(case.scene, case.camera, case.light, METHODS["defaults"], SIZE, ("combined", "shadow")), on=renderer).frame
     truth = case.heap.truth(case.camera, case.light, SIZE)
     wrong = np.mean((truth.lit != (frame.passes["shadow"] > 0.5)) & truth.lit_facing)
     assert wrong > 0.05
@@ -49,7 +51,7 @@ def test_without_cutting_the_report_warns_of_what_then_fails(monkeypatch, number
 def test_what_is_right_is_not_warned_of(renderer):
     for number in (0, 3, 55):
         case = scale_scene(number)
-        frame = renderer.render(*based_near(case.scene, case.camera, case.light), METHODS["defaults"], SIZE, ("combined",))
+        frame = run(Job(*based_near(case.scene, case.camera, case.light), METHODS["defaults"], SIZE, ("combined",)), on=renderer).frame
         assert not [line for line in frame.warnings if "may be wrong by" in line]
 
 

@@ -9,8 +9,10 @@ from addon.errors import SettingsError
 from addon.maths.shadow import oracle as definition
 from addon.maths.shadow.lookup import texel_footprint
 from addon.pipeline.device import device_of
+from addon.pipeline.job import Job
 from addon.pipeline.passes import test_defines
 from addon.settings.groups import PCF_COUNTS, Settings, TestChoice
+from addon.studies.run import run
 from tests import scenes
 from tests.pipeline import oracle
 
@@ -33,7 +35,7 @@ def settings(warp="lispsm-general", partition="none", size=MAP, **test):
 
 
 def render(renderer, scene, chosen, light=SUN, camera=CAMERA):
-    return renderer.render(scene, camera, light, chosen, SIZE, ("shadow", "depth", "normal", "object", "partition", "texel"))
+    return run(Job(scene, camera, light, chosen, SIZE, ("shadow", "depth", "normal", "object", "partition", "texel")), on=renderer).frame
 
 
 def layers_of(renderer, name, components):
@@ -225,7 +227,9 @@ def test_a_pixel_centre_just_past_a_crease_is_not_shadowed_by_the_face_behind_it
     floor, wall = scenes.sheet((-3, -3, 0), (3, -3, 0), (3, 0, 0), (-3, 0, 0)), scenes.sheet((-3, 0, 0), (3, 0, 0), (3, 0, 3), (-3, 0, 3))
     camera = scenes.look_at((0.0, -2.0, 1.5), (0.0, 0.0, 0.03 * past_px), near=0.3, far=20.0)
     chosen, passes = settings(size=256, kind="triangle"), ("shadow", "object")
-    frame = renderer.render(scenes.scene_of(scenes.joined(floor, wall)), camera, scenes.sun(40.0, -80.0), chosen, (160, 91), passes)
+    frame = run(
+        Job(scenes.scene_of(scenes.joined(floor, wall)), camera, scenes.sun(40.0, -80.0), chosen, (160, 91), passes), on=renderer
+    ).frame
     seen = frame.passes["object"] >= 0
     assert seen.sum() > 5000
     assert (frame.passes["shadow"][seen] == 1.0).all()

@@ -6,14 +6,15 @@ import pytest
 from addon.pipeline import renderer as pipeline
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
-from addon.pipeline.renderer import DATA_PASSES, Request, render_frame
+from addon.pipeline.job import Job
+from addon.pipeline.renderer import DATA_PASSES, render_frame
 from addon.settings.groups import Settings
 from tests import scenes
 
 SCENES = (scenes.railing(), scenes.chair())
 CAMERAS = [scenes.look_at(eye, (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0) for eye in ((14.0, -16.0, 9.0), (-9.0, -12.0, 4.0))]
 LIGHTS = (scenes.sun(40.0), scenes.sun(15.0), None)
-CHANGES = {  # a request's field, or a group of the settings' fields
+CHANGES = {  # a job's field, or a group of the settings' fields
     "scene": SCENES,
     "camera": CAMERAS,
     "light": LIGHTS,
@@ -36,13 +37,13 @@ CHANGES = {  # a request's field, or a group of the settings' fields
 }
 
 
-def request_of(chosen):
+def job_of(chosen):
     scene = chosen["scene"]
     groups = {name: chosen[name] for name in ("warp", "partition", "fit", "test", "shading")}
     shown = np.arange(len(scene.instances)) < 1 if chosen["shown"] else None
     last = ImpostorGroup("last", (len(scene.object_names) - 1,))
     impostors = ImpostorChoice((last,), never_dearer=False) if chosen["impostors"] else None
-    return Request(
+    return Job(
         scene,
         chosen["camera"],
         chosen["light"],
@@ -54,10 +55,10 @@ def request_of(chosen):
     )
 
 
-def forget(device, request):
+def forget(device, job):
     """As if the device had drawn nothing yet."""
     device.plan = None
-    device.gbuffer(request.size).holds = None
+    device.gbuffer(job.size).holds = None
     kept = device._kept.get("shadow")
     if kept is not None:
         kept[1].holds = None
@@ -75,10 +76,10 @@ def test_pictures_are_those_of_a_renderer_that_remembers_nothing(worker, rng):
     chosen = {name: values[0] for name, values in CHANGES.items()}
 
     def step(context):
-        device, request = device_of(context, worker), request_of(chosen)
-        kept = render_frame(device, request, pipeline.Ticket())
-        forget(device, request)
-        return kept, render_frame(device, request, pipeline.Ticket())
+        device, job = device_of(context, worker), job_of(chosen)
+        kept = render_frame(device, job, pipeline.Ticket())
+        forget(device, job)
+        return kept, render_frame(device, job, pipeline.Ticket())
 
     for _ in range(60):
         for name in rng.choice(list(CHANGES), size=rng.integers(0, 3), replace=False):
@@ -108,7 +109,7 @@ def test_only_what_a_change_touches_is_drawn_again(worker, monkeypatch, name, va
     monkeypatch.setattr(pipeline, "draw_gbuffer", noted("surfaces", pipeline.draw_gbuffer))
     monkeypatch.setattr(pipeline, "draw_shadow_maps", noted("maps", pipeline.draw_shadow_maps))
     chosen = {key: values[0] for key, values in CHANGES.items()}
-    worker.call(lambda context: render_frame(device_of(context, worker), request_of(chosen), pipeline.Ticket()))
+    worker.call(lambda context: render_frame(device_of(context, worker), job_of(chosen), pipeline.Ticket()))
     seen.clear()
-    worker.call(lambda context: render_frame(device_of(context, worker), request_of({**chosen, name: value}), pipeline.Ticket()))
+    worker.call(lambda context: render_frame(device_of(context, worker), job_of({**chosen, name: value}), pipeline.Ticket()))
     assert seen == drawn

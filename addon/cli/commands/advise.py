@@ -8,8 +8,8 @@ from pathlib import Path
 
 import bpy
 
+from ...blender.render_wish import RenderWish
 from ...blender.rendering import render
-from ...blender.request import Request
 from ...blender.sources import render_size
 from ...studies.advice import Advice, Goal, Shot, advice_report, advice_table, advise
 from ...studies.advice.shots import small_size
@@ -18,9 +18,9 @@ from ...studies.outputs import write_json
 HEAD = ("input", "version", "gl", "settings", "warnings", "errors")
 
 
-def advise_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def advise_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Search and report; `--output` also writes the report there."""
-    shots, head = read_shots(scene, request, args.frames)
+    shots, head = read_shots(scene, wish, args.frames)
     advice = searched(shots, Goal(args.texels, args.error), args.seconds)
     report = {**head, "advice": advice_report(advice)}
     if args.output:
@@ -28,15 +28,15 @@ def advise_command(scene: bpy.types.Scene, request: Request, stem: Path, args: a
     return report, f"{advice.tried} combinations over {len(shots)} frame{'s' * (len(shots) > 1)}\n{advice_table(advice)}\n{summary(advice)}"
 
 
-def read_shots(scene: bpy.types.Scene, request: Request, frames: tuple[int, ...]) -> tuple[list[Shot], dict[str, object]]:
+def read_shots(scene: bpy.types.Scene, wish: RenderWish, frames: tuple[int, ...]) -> tuple[list[Shot], dict[str, object]]:
     """One shot per frame (none given: the current one) as a render sees it, and the report's head. The scene's frame is put back."""
-    size = request.size or render_size(scene)
+    size = wish.size or render_size(scene)
     kept, outcomes = scene.frame_current, []
     try:
         for frame in frames or (kept,):
             if frames:
                 scene.frame_set(frame)
-            outcomes.append(render(scene, replace(request, size=small_size(size))))
+            outcomes.append(render(scene, replace(wish, size=small_size(size))))
     finally:
         if frames:
             scene.frame_set(kept)

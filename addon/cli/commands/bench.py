@@ -8,21 +8,20 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from statistics import median
 
 import bpy
 import numpy as np
 
+from ...blender.render_wish import RenderWish
 from ...blender.rendering import render
-from ...blender.request import Request as RenderRequest
-from ...maths.view import Camera, Light
+from ...maths.view import Camera
 from ...pipeline.bare_passes import forget, timed
+from ...pipeline.job import Job
 from ...pipeline.remote.renderer import RemoteRenderer
-from ...pipeline.renderer import Renderer, Request
-from ...scene.records import Scene
-from ...settings.groups import Settings
+from ...pipeline.renderer import Renderer
 from ...studies.outputs import write_json
 from ...studies.run import renderer
 from ...studies.terminal import complain
@@ -30,63 +29,55 @@ from ...studies.terminal import complain
 ORBIT_STEP_RAD = np.radians(1.0)
 
 
-@dataclass(frozen=True)
-class Course:
-    """What every contestant draws."""
-
-    scene: Scene
-    camera: Camera
-    light: Light
-    settings: Settings
-    size: tuple[int, int]
-    frames: int
-
-    def cameras(self) -> list[Camera]:
-        """One camera per frame, turned about the scene's middle by a degree each, plus one to warm up."""
-        middle = self.scene.bounds_ws().mean(axis=0)
-        return [self.camera.carried(middle, i * ORBIT_STEP_RAD) for i in range(self.frames + 1)]
+def cameras(job: Job, frames: int) -> list[Camera]:
+    """One camera per frame, turned about the scene's middle by a degree each, plus one to warm up."""
+    middle = job.scene.bounds_ws().mean(axis=0)
+    return [job.camera.carried(middle, i * ORBIT_STEP_RAD) for i in range(frames + 1)]
 
 
 def run(
-    course: Course,
+    job: Job,
+    frames: int,
     blender_scene: bpy.types.Scene | None,
     rivals: tuple[str, ...],
     renderer: Renderer | RemoteRenderer,
     say: Callable[[str], None],
 ) -> dict[str, object]:
-    """Times in ms of every contestant per frame, their medians, and the ratios of the medians to ours. The first frame is not counted."""
+    """Times in ms of every contestant for the job's picture, its camera moved every frame; their medians, and the medians' ratios to ours.
+
+    The first frame is not counted.
+    """
     times: dict[str, list[float]] = {name: [] for name in ("ours", "bare passes", *rivals)}
-    request = Request(course.scene, course.camera, course.light, course.settings, course.size, measure=False)
-    for number, camera in enumerate(course.cameras()):
-        ours, plain = renderer.submit(replace(request, camera=camera), timed)[0].result()
+    for number, camera in enumerate(cameras(job, frames)):
+        ours, plain = renderer.submit(replace(job, camera=camera), timed)[0].result()
         measured = {"ours": ours, "bare passes": plain}
         for rival in rivals:
-            measured[rival] = _rival_time(blender_scene, rival, course, camera)
+            measured[rival] = _rival_time(blender_scene, rival, job, camera)
         if number:
             for name, value in measured.items():
                 times[name].append(value)
         say(
             f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)")
         )
-    renderer.submit(request, forget)[0].result()
+    renderer.submit(job, forget)[0].result()
     medians = {name: median(values) for name, values in times.items()}
     return {
-        "triangles": course.scene.triangle_count,
-        "instances": len(course.scene.instances),
-        "size": list(course.size),
-        "map_size": course.settings.fit.size,
-        "frames": course.frames,
+        "triangles": job.scene.triangle_count,
+        "instances": len(job.scene.instances),
+        "size": list(job.size),
+        "map_size": job.settings.fit.size,
+        "frames": frames,
         "times_ms": times,
         "median_ms": medians,
         "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"},
     }
 
 
-def _rival_time(scene: bpy.types.Scene, rival: str, course: Course, camera: Camera) -> float:
+def _rival_time(scene: bpy.types.Scene, rival: str, job: Job, camera: Camera) -> float:
     """Milliseconds of one render of Blender's own engine, the camera moved first."""
     engines = {"workbench": ("BLENDER_WORKBENCH",), "cycles": ("CYCLES",), "eevee": ("BLENDER_EEVEE_NEXT", "BLENDER_EEVEE")}
-    _prepare_rival(scene, rival, engines[rival], course.size)
-    _place_camera(scene, camera, course.scene.origin_ws)
+    _prepare_rival(scene, rival, engines[rival], job.size)
+    _place_camera(scene, camera, job.scene.origin_ws)
     begin = time.perf_counter()
     bpy.ops.render.render(scene=scene.name)
     return (time.perf_counter() - begin) * 1e3
@@ -132,14 +123,14 @@ def text_table(result: dict[str, object]) -> str:
     return "\n".join([head, *rows])
 
 
-def bench_command(scene: bpy.types.Scene, request: RenderRequest, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def bench_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Time frames of a moving camera; one camera sample a pixel unless asked otherwise, as in a live view."""
     if "option_samples" not in args:
-        request.settings = request.settings.replaced(shading={"samples": 1})
-    outcome = render(scene, request)
-    job = outcome.job
+        wish.settings = wish.settings.replaced(shading={"samples": 1})
+    outcome = render(scene, wish)
     result = run(
-        Course(job.scene, job.camera, job.light, job.settings, job.size, args.frames),
+        replace(outcome.job, passes=("combined",), measure=False, impostors=None),
+        args.frames,
         scene,
         args.rivals,
         renderer(),

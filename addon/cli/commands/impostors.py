@@ -11,8 +11,8 @@ import numpy as np
 
 from ...blender.impostors.chosen import Chosen
 from ...blender.impostors.plane import write_plane
+from ...blender.render_wish import RenderWish
 from ...blender.rendering import animated, read
-from ...blender.request import Request
 from ...blender.snapshot import marked_instead
 from ...errors import UserError
 from ...images.png import encode_png
@@ -31,11 +31,11 @@ MIB = 1 << 20
 TOLD_EVERY = 10
 
 
-def impostor_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def impostor_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Capture from the view; images, JSON and, if asked for, a plane per impostor. One that fails stops no other."""
     chosen = Chosen.of(args.objects, stem.name)
     with marked_instead(chosen.holders):
-        job = read(scene, request)
+        job = read(scene, wish)
     groups = chosen.some(job.scene)
     entries, errors, done, gl = [], [], [], {}
     names = [stem.with_name(f"{stem.name}_{name}") for name in unique_names([group.name for group in groups])]
@@ -70,24 +70,24 @@ def _line(result: BakedImpostor, files: list[Path]) -> str:
     )
 
 
-def path_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def path_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Run the path; the CSV, the report and, if asked for, the pictures. Break-even counts only if asked for, as all is measured anyway."""
     if "option_impostor_break_even" not in args:
-        request.settings = request.settings.replaced(impostor={"break_even": False})
+        wish.settings = wish.settings.replaced(impostor={"break_even": False})
     chosen = Chosen.of(args.objects, stem.name)
     with marked_instead(chosen.holders):
-        return _walked(scene, request, chosen, stem, args)
+        return _walked(scene, wish, chosen, stem, args)
 
 
 def _walked(
-    scene: bpy.types.Scene, request: Request, chosen: Chosen, stem: Path, args: argparse.Namespace
+    scene: bpy.types.Scene, wish: RenderWish, chosen: Chosen, stem: Path, args: argparse.Namespace
 ) -> tuple[dict[str, object], str]:
-    first = read(scene, request)
+    first = read(scene, wish)
     groups = chosen.some(first.scene)
     if args.orbit is not None:
         place, jobs = "angle_deg", orbit(first, args.orbit, args.steps or max(round(abs(args.orbit)), 1), groups)
     else:
-        place, jobs = "frame", animated(scene, request, args.from_frame, args.to_frame)
+        place, jobs = "frame", animated(scene, wish, args.from_frame, args.to_frame)
     choice = choice_for(groups, first.settings.impostor, exact=True)
     frames = list(walk(jobs, chosen.groups, choice, _teller(stem if args.pictures else None, args.quiet)))
     report = path_report(first, frames, place)

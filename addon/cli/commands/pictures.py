@@ -7,8 +7,8 @@ from pathlib import Path
 
 import bpy
 
+from ...blender.render_wish import RenderWish
 from ...blender.rendering import render
-from ...blender.request import Request
 from ...images.png import encode_png
 from ...images.whole import check_picture
 from ...settings.groups import PASSES
@@ -20,18 +20,18 @@ from ...studies.truth.against import against_truth, sentence
 from ...studies.truth.compare import COMPARED_PASSES
 
 
-def preview(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def preview(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render and write the passes and the report."""
     wanted = args.passes or (tuple(p for p in PASSES if p != "texel") if args.format == "npz" else ("combined",))
-    request.passes = wanted
+    wish.passes = wanted
     written_files = []
     if args.format != "npz" and "combined" in wanted:
         path = stem.with_name(f"{stem.name}_combined.{args.format}")
         with written(path, check_picture) as temporary:
-            outcome = render(scene, request, temporary)
+            outcome = render(scene, wish, temporary)
         written_files.append(path.name)
     else:
-        outcome = render(scene, request)
+        outcome = render(scene, wish)
     written_files += write_data(outcome, stem, wanted, args.format)
     if args.light_view:
         path = stem.with_name(f"{stem.name}_light_view.png")
@@ -53,9 +53,9 @@ def write_data(outcome: Outcome, stem: Path, wanted: tuple[str, ...], kind: str)
     return [path.name for path in paths.values()]
 
 
-def analyse(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def analyse(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render without a picture; the report is written where --output or --report say."""
-    outcome = render(scene, request)
+    outcome = render(scene, wish)
     if args.output:
         write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
     return outcome.report, summary(outcome.report)
@@ -72,10 +72,10 @@ def summary(report: dict[str, object]) -> str:
     )
 
 
-def compare_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def compare_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render, trace rays through the same pixel centres, count the differences."""
-    request.passes = COMPARED_PASSES
-    outcome = render(scene, request)
+    wish.passes = COMPARED_PASSES
+    outcome = render(scene, wish)
     difference = against_truth(outcome)
     write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(difference))
     write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)

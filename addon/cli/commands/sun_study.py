@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 import bpy
 import numpy as np
 
+from ...blender.render_wish import RenderWish
 from ...blender.rendering import render
-from ...blender.request import Request
 from ...blender.snapshot import choose_light
 from ...images.whole import check_picture
 from ...maths.sun import Clock, Place, nautical_offset_h
@@ -31,7 +31,7 @@ def sky(args: argparse.Namespace) -> tuple[Clock, Place]:
     return Clock(args.date, nautical_offset_h(place.longitude_rad) if args.utc_offset is None else args.utc_offset), place
 
 
-def sun_study_command(scene: bpy.types.Scene, request: Request, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def sun_study_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render every moment, write the sheet and the report: that of the highest sun, and the moments with the share of what is seen lit."""
     clock, place = sky(args)
     day = moments(clock, place, args.start, args.end, args.steps)
@@ -39,7 +39,7 @@ def sun_study_command(scene: bpy.types.Scene, request: Request, stem: Path, args
     with _folder(stem, args.pictures) as start:
         for i, now in enumerate(day):
             path = start.with_name(f"{start.name}_sun_{i + 1:03d}_{now.time.replace(':', '')}.png")
-            outcome = _render(scene, request, now, path)
+            outcome = _render(scene, wish, now, path)
             pictures.append(read_picture(path))
             rows.append({**now.as_dict(), "lit_share": lit_share(outcome, now)})
             reports.append(outcome.report)
@@ -69,8 +69,8 @@ def _folder(stem: Path, is_kept: bool) -> Iterator[Path]:
         yield Path(folder, stem.name)
 
 
-def _render(scene: bpy.types.Scene, request: Request, now: Moment, path: Path) -> Outcome:
-    asked = replace(request, light=_sun(request.light, now), settings=now.settings(request.settings))
+def _render(scene: bpy.types.Scene, wish: RenderWish, now: Moment, path: Path) -> Outcome:
+    asked = replace(wish, light=_sun(wish.light, now), settings=now.settings(wish.settings))
     with written(path, check_picture) as temporary:
         return render(scene, asked, temporary)
 

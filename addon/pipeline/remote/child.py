@@ -15,7 +15,8 @@ from ...errors import Cancelled, GpuError, UserError
 from ...scene.records import Mesh, Scene
 from ..gl import machine
 from ..gl.context import shutdown
-from ..renderer import Request, Task, Ticket, shared_renderer
+from ..job import Job
+from ..renderer import Task, Ticket, shared_renderer
 from .words import receive, send
 
 
@@ -58,9 +59,9 @@ class Server:
         if ticket is not None:
             ticket.is_cancelled = True
 
-    def _render(self, number: int, request: Request, task: Task, arguments: tuple) -> None:
+    def _render(self, number: int, job: Job, task: Task, arguments: tuple) -> None:
         ticket = self._tickets[number] = _Telling(lambda kind, content: self._tell(number, kind, content))
-        future = shared_renderer().queue(replace(request, scene=self._current), ticket, task, *arguments)
+        future = shared_renderer().queue(replace(job, scene=self._current), ticket, task, *arguments)
         future.add_done_callback(lambda done: self._answer(number, done))
 
     def _answer(self, number: int, done: Future) -> None:

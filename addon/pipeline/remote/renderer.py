@@ -23,7 +23,8 @@ import numpy as np
 from ...errors import Cancelled, GpuError
 from ...scene.records import Scene
 from ..gl.machine import Machine, chosen
-from ..renderer import Request, Task, Ticket, render_frame
+from ..job import Job
+from ..renderer import Task, Ticket, render_frame
 from .words import PACKAGE, receive, send
 
 PEER = "addon"  # the package's name in the other process
@@ -75,14 +76,14 @@ class _Child:
         """Leave a message to be written; None closes."""
         self._outbox.put(message)
 
-    def ask(self, number: int, request: Request, future: Future, ticket: Ticket, task: Task, arguments: tuple) -> None:
+    def ask(self, number: int, job: Job, future: Future, ticket: Ticket, task: Task, arguments: tuple) -> None:
         """Ask for a frame, or another task; the future gets its result, or the process's end as an error."""
         with self._lock:
             if self.is_over:
                 future.set_exception(GpuError("The rendering process has ended: try again."))
                 return
             self.waiting[number] = future, ticket
-        self.post(("render", number, request, task, arguments))
+        self.post(("render", number, job, task, arguments))
 
     def close(self, timeout_s: float = CLOSE_S) -> None:
         """End the process, which gives up what it is at, and the threads with it. One that does not end in time is killed."""
@@ -104,15 +105,15 @@ class _Child:
         with suppress(OSError):
             self.process.stdin.close()
 
-    def _with_scene_sent(self, number: int, request: Request, task: Task, arguments: tuple) -> tuple:
+    def _with_scene_sent(self, number: int, job: Job, task: Task, arguments: tuple) -> tuple:
         """The message that asks for the task; its scene is sent before it, unless it was the last one sent."""
-        scene = request.scene
+        scene = job.scene
         if scene is not self._scene:
             keys = [mesh.key for mesh in scene.meshes]
             new = tuple(mesh for mesh in scene.meshes if mesh.key not in self._keys)
             send(self.process.stdin, ("scene", replace(scene, meshes=()), keys, new))
             self._scene, self._keys = scene, frozenset(keys)
-        return "render", number, replace(request, scene=None), task, arguments
+        return "render", number, replace(job, scene=None), task, arguments
 
     def _read(self) -> None:
         with suppress(OSError, EOFError):
@@ -153,13 +154,13 @@ class RemoteRenderer:
         self._child: _Child | None = None
         self._numbers = itertools.count()
 
-    def submit(self, request: Request, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
+    def submit(self, job: Job, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
         """Queue a frame, or another task; as `Renderer.submit`."""
         if self._child is None or self._child.is_over:
             self._child = _Child(chosen())
         child, number, future = self._child, next(self._numbers), Future()
         ticket = RemoteTicket(lambda: child.post(("cancel", number)))
-        child.ask(number, request, future, ticket, task or render_frame, arguments)
+        child.ask(number, job, future, ticket, task or render_frame, arguments)
         return future, ticket
 
     def close(self) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 from concurrent.futures import Future
+from dataclasses import replace
 from math import radians
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -133,4 +134,14 @@ def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Futur
     """The group as the camera of `frame` sees it, alone before nothing, in the job's light: the colours of a texture captured earlier."""
     settings = job.settings.replaced(shading={"background": (0.0, 0.0, 0.0, 0.0), "display": "shaded"})
     rows = np.isin(job.scene.instances.object_id, group.object_ids)
-    return queue_task(None, job, camera=frame.camera(), settings=settings, size=(frame.width, frame.height), shown=rows)
+    alone = replace(
+        job,
+        camera=frame.camera(),
+        settings=settings,
+        size=(frame.width, frame.height),
+        passes=("combined",),
+        measure=False,
+        impostors=None,
+        shown=rows,
+    )
+    return queue_task(None, alone)

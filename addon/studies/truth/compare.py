@@ -12,8 +12,10 @@ from ...maths.error import comparison
 from ...maths.shadow.projection import ShadowPlan
 from ...maths.view import Camera, Light
 from ...pipeline.frame import Frame
+from ...pipeline.job import Job
 from ...scene.records import Scene
 from ...settings.groups import Settings
+from ..run import run
 from .footprint import texel_extent_px
 from .tracer import Truth, TruthTracer
 
@@ -138,7 +140,7 @@ def compare_view(
     Pass the `tracer` of the scene to compare more than one view of it: building it takes seconds per million triangles.
     """
     tracer = tracer or TruthTracer(scene)
-    frame = renderer.render(scene, camera, light, settings, size=size, passes=("combined", *COMPARED_PASSES))
+    frame = run(Job(scene, camera, light, settings, size, ("combined", *COMPARED_PASSES)), on=renderer).frame
     truth = tracer.trace(camera, light, size)
     metrics, difference = compare(frame, truth, camera, light, settings.fit.size, tracer)
     return frame, truth, metrics, difference

@@ -1,4 +1,4 @@
-"""What a caller wants of the engine, and the request that is being rendered."""
+"""What a caller wants of the engine, and the wish that is being rendered."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NO_CAMERA = "There is no camera: an isometric view that frames everything is use
 
 
 @dataclass(eq=False)
-class Request:
+class RenderWish:
     """What a caller of `render` wants of the engine; the engine fills in `outcome` or `error`.
 
     None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
@@ -48,19 +48,19 @@ def isometric(scene: Scene, size: tuple[int, int]) -> Camera:
     return camera_for_view(scene, size, "iso")
 
 
-_requests: list[Request] = []
+_wishes: list[RenderWish] = []
 
 
-def active_request() -> Request | None:
-    """The request being rendered, None for a plain F12."""
-    return _requests[-1] if _requests else None
+def active_wish() -> RenderWish | None:
+    """The wish being rendered, None for a plain F12."""
+    return _wishes[-1] if _wishes else None
 
 
 @contextmanager
-def active(request: Request) -> Iterator[None]:
-    """`request` is what the engine finds as the `active_request` while this lasts."""
-    _requests.append(request)
+def active(wish: RenderWish) -> Iterator[None]:
+    """`wish` is what the engine finds as the `active_wish` while this lasts."""
+    _wishes.append(wish)
     try:
         yield
     finally:
-        _requests.pop()
+        _wishes.pop()
