@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from addon.errors import GpuError
 from addon.maths import anchored_camera, spaces
+from addon.maths.depth_projection import DepthProjection
 from addon.maths.view import Camera
-from addon.pipeline.gl.depth_buffer import has_clip_control
+from addon.pipeline.gl.depth_buffer import has_clip_control, nearest_wins
 from addon.pipeline.gl.gl_raw import raw_gl
 from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
@@ -136,3 +138,12 @@ def test_an_orthographic_view_may_begin_behind_its_eye(eye):
     seen = eye(scenes.scene_of(*sheets), camera, (64, 64))
     assert set(np.unique(seen["object"])) == {-1, 1}
     assert np.allclose(seen["depth"][np.isfinite(seen["depth"])], -6.00001, atol=2e-6)
+
+
+def test_a_draw_that_fails_leaves_the_depth_as_other_passes_want_it(worker):
+    def job(context):
+        with pytest.raises(GpuError), nearest_wins(context, DepthProjection(0.1, 10.0, False)):
+            raise GpuError("no memory")
+        return context.depth_func
+
+    assert worker.call(job) == "<"

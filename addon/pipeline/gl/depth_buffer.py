@@ -53,7 +53,9 @@ def nearest_wins(context: moderngl.Context, projection: DepthProjection, *, fart
     context.depth_func = {"<": ">", ">": "<"}[projection.nearer] if farthest else projection.nearer
     if has_clip_control(context):
         raw.ClipControl(_LOWER_LEFT, _ZERO_TO_ONE)
-    yield
-    if has_clip_control(context):
-        raw.ClipControl(_LOWER_LEFT, _NEGATIVE_ONE_TO_ONE)
-    context.depth_func = "<"
+    try:
+        yield
+    finally:
+        if has_clip_control(context):
+            raw.ClipControl(_LOWER_LEFT, _NEGATIVE_ONE_TO_ONE)
+        context.depth_func = "<"
