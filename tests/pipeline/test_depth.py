@@ -140,10 +140,13 @@ def test_an_orthographic_view_may_begin_behind_its_eye(eye):
     assert np.allclose(seen["depth"][np.isfinite(seen["depth"])], -6.00001, atol=2e-6)
 
 
-def test_a_draw_that_fails_leaves_the_depth_as_other_passes_want_it(worker):
+def test_a_draw_that_fails_leaves_clip_control_as_other_passes_want_it(worker, monkeypatch):
     def job(context):
+        calls, raw = [], raw_gl(context)
+        monkeypatch.setattr(raw, "ClipControl", lambda _, range_: calls.append(hex(range_)))
         with pytest.raises(GpuError), nearest_wins(context, DepthProjection(0.1, 10.0, False)):
             raise GpuError("no memory")
-        return context.depth_func
+        return calls
 
-    assert worker.call(job) == "<"
+    zero_to_one, minus_one_to_one = "0x935f", "0x935e"
+    assert worker.call(job) == [zero_to_one, minus_one_to_one]
