@@ -8,7 +8,7 @@ already, so that they open only once the far one has overtaken the near one. The
 negative for what must be taken off again. There are three sorts, which add up: steps (rest 0), what turns up from behind the outline (the
 hull of the last surfaces behind it; rest: the piece's length), and, negative, the end of what a thin part hides: behind a rod there is no
 more to uncover than the rod is wide (rest: its width).
-Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own (research/impostors.md §6).
+Sources: RI §5.5, §5.6 (critical points, N×M regions); edges and sums are our own (method §7).
 """
 
 from __future__ import annotations

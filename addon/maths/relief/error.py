@@ -8,7 +8,7 @@ Every predictor works on what `edges.py` gathered at capture, for one texture or
 | `critical_px` | its opening beyond rest along its own axis, pixels | corrected: vertical pairs right, folds and shear not counted |
 | `regions_sum`, `regions_max` | sum and largest of RI's E over N×M critical pairs | RI §5.6 as written |
 | `regions_sum_px`, `regions_max_px`, `regions_share` | the same of the corrected form; share of regions that open by more than a pixel | |
-| `edge_written_px` | pixels that open behind depth edges and outline, `Σ max(0, (s_fg − s_bg)(p − e)·n)` | research/impostors.md §6 |
+| `edge_written_px` | pixels that open behind depth edges and outline, `Σ max(0, (s_fg − s_bg)(p − e)·n)` | method §7 |
 | `edge_sum_px` | the same with what turns up from behind the outline, and what thin parts hide taken off | our own |
 | `edge_fast_px` | the edge sum with one depth for all edges, from directional sums, O(1) per texture | the same |
 
@@ -218,7 +218,7 @@ def _opening_px(view: _View, pairs: np.ndarray) -> np.ndarray:
     """(R, T) pixels by which pairs (6, R, T) come to lie farther apart than neighbours, along their own axis: `max(0, separation − 1)`.
 
     The gap begins one texel from the warped background texel; its image is `stretch·|H n − (h₃·n) x| / w` with x the image of its
-    beginning and w that of its end (research/impostors.md §6).
+    beginning and w that of its end (method §7).
     """
     u, v, n_u, n_v, near, far = pairs
     k_1, k_2, k_3 = view.K

@@ -1,6 +1,6 @@
 """The quad an impostor is captured on: facing the camera, through the front of the bounds, with RI 5-1's resolution. No GPU.
 
-The plane touches the front of the bounds, so every point has d ≥ 0 and the warp's scale is at most 1 (research/impostors.md §5).
+The plane touches the front of the bounds, so every point has d ≥ 0 and the warp's scale is at most 1 (method §7).
 """
 
 from __future__ import annotations

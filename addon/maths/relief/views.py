@@ -1,6 +1,6 @@
 """Captures from a set of directions round an object, so that a full orbit needs no new ones. No GPU.
 
-The directions are those of an octahedral map of n × n cells (method §7, research/impostors.md §4): at n = 16 the nearest is 4.9° away on
+The directions are those of an octahedral map of n × n cells (method §7): at n = 16 the nearest is 4.9° away on
 average and 9.8° at most. A view is captured from its direction at the distance of the eye that first asks for it.
 """
 

@@ -5,7 +5,7 @@ v downwards), d metres behind the plane, away from the capturing eye. A texel (u
 `(u, v, 0, 1) + δ·S`, where S is the capture's centre of projection in plane coordinates: `(0, 0, 1, 0)` for an orthographic capture
 (then δ = d) and `(s_u, s_v, s_d, 1)` for a perspective one (then δ = γ = (z₀ − z)/z ≤ 0, z₀ the plane's and z the point's view depth).
 
-Sources: Oliveira 2000 through RI 5-2…5-4; the perspective source is our own (method §7; research/impostors.md §6).
+Sources: Oliveira 2000 through RI 5-2…5-4; the perspective source is our own (method §7).
 What is not here: the prediction of errors (`error.py`), the frame's construction (`frame.py`).
 """
 

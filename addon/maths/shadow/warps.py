@@ -1,7 +1,7 @@
 """The warp parameter n' of every method of the texts: how strongly one shadow map is warped towards the viewer.
 
 What it is: numbers from (near, far, φ, γ). What it is not: the fitted matrices (`fit.py`), the map t(v) itself (`spacing.py`), the errors
-(`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3, research/shadows.md §6.
+(`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3.
 
 n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view
 frustum V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter
@@ -22,7 +22,7 @@ DIRECT_FADE_RAD = radians(5.0)
 """Below this γ even a parameter given by hand fades: z_ls, the warp's direction, turns over as the light passes through the view axis."""
 
 TSM_SHARE = 0.8
-"""The 80 % rule: the share of the map that the trapezoid gives to what lies before the focus (research/shadows.md §6, ξ = −0.6)."""
+"""The 80 % rule: the share of the map that the trapezoid gives to what lies before the focus (method §3: ξ = −0.6)."""
 
 
 # --- the shape of P ---------------------------------------------------------------------------------------------------------------

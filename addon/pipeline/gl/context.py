@@ -1,6 +1,6 @@
 """The one OpenGL context and the one thread that owns it. Nothing else in the program creates, uses or releases GL objects.
 
-Facts behind the design (measured, `../shared/research/gui.md`): a context made on Blender's main thread draws in Blender's own context,
+Facts behind the design (measured): a context made on Blender's main thread draws in Blender's own context,
 corrupts the viewport or crashes; a dedicated thread that keeps one context never did. Jobs and arrays pass through a queue; the caller may
 wait (the wait releases the GIL) or keep the future.
 """

@@ -50,7 +50,7 @@ def test_at_the_captures_eye_a_perspective_sprite_is_exact_and_an_orthographic_o
 
 
 def test_the_orthographic_error_at_rest_is_the_known_formula():
-    """f·r·d/(D(D − d)) pixels for a point r beside the axis and d behind the plane (research/impostors.md §6)."""
+    """f·r·d/(D(D − d)) pixels for a point r beside the axis and d behind the plane (method §7)."""
     camera = look_at([0, -9, 0], [0, 0, 0])
     frame = capture_frame(BOX, camera, IMAGE, CaptureChoice(perspective=False))
     point = np.array([[0.9, 1.0, 0.0]])
