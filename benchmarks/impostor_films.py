@@ -16,16 +16,16 @@ from addon.maths.view import Camera
 from addon.pipeline.device import device_of
 from addon.pipeline.frame import ImpostorReport
 from addon.pipeline.impostors.life import library_of
-from addon.pipeline.impostors.records import CASTERS, ImpostorChoice, ImpostorGroup
+from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Instances, Mesh, Scene
-from addon.settings.groups import Settings
+from addon.settings.groups import IMPOSTOR_CASTERS, Settings
 from addon.studies.run import run
 from benchmarks.impostor_stage import Stage, load
 
 SIDE, MAP = 192, 1024
-SPRITE_ONLY = LifeSettings(limit=1e-9, waiting=1e9, sprite_px=1.0, ahead=0.0)
+SPRITE_ONLY = LifeSettings(limit=1e-6, waiting=1e9, sprite_px=1.0, ahead=0.0)
 LIVES = {
     "sprite only": SPRITE_ONLY,
     "edge_fast_px": LifeSettings(),
@@ -176,7 +176,7 @@ def shadows(renderer: Renderer, name: str) -> list[dict]:
     scene, stage, rows = on_a_floor(bare), Stage(None, bare), []
     for angle in (30, 120, 210, 300):
         camera, seen = stage.camera(angle, 40, 5.0), {}
-        for casters in CASTERS:
+        for casters in IMPOSTOR_CASTERS:
             frame = run(
                 Job(
                     scene,

@@ -33,7 +33,8 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < __init__",
     "addon/images": "exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
-    "addon/maths": "choices < spaces sun < view < frusta nearest relief < depth_projection shadow < anchored_camera error < __init__",
+    "addon/maths": "domains < choices < spaces sun < view < frusta nearest relief < depth_projection shadow < anchored_camera error <"
+    " __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit oracle < __init__",

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
-from functools import cache
-from math import inf
-from numbers import Integral, Real
+from dataclasses import dataclass
 
-import numpy as np
-
-from ..errors import SettingsError
+from .domains import one_of, require, require_fields, same_as, within
 
 WARPS = ("uniform", "psm", "lispsm", "lispsm-general", "lloyd", "tsm", "log", "logpsm")
 PARTITIONS = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive", "faces", "faces-z")
@@ -19,51 +13,7 @@ CUTS = ("halves", "light", "view")
 FITS = ("frustum", "scene", "samples")
 CONVERGENCES = ("quadratic", "sine")
 LOG_WARPS = ("log", "logpsm")
-
-
-def require(condition: bool, message: str) -> None:
-    """Raise `SettingsError(message)` unless the condition holds; write it so that NaN fails."""
-    if not condition:
-        raise SettingsError(message)
-
-
-def require_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
-    """Raise `SettingsError` unless `value` is one of `allowed`."""
-    require(value in allowed, f"{name} is '{value}': choose one of {', '.join(allowed)}.")
-
-
-_KINDS: dict[str, tuple[str, Callable[[object], bool]]] = {
-    "str": ("text", lambda value: isinstance(value, str)),
-    "bool": ("true or false", lambda value: isinstance(value, bool | np.bool_)),
-    "int": ("a whole number", lambda value: isinstance(value, Integral) and not isinstance(value, bool)),
-    "float": ("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool)),
-}
-
-
-def require_types(choice: object) -> None:
-    """Raise `SettingsError` unless each field of a dataclass holds what its annotation says: a settings file may put anything there."""
-    for name, is_optional, kind, count in _annotated(type(choice)):
-        value = getattr(choice, name)
-        if value is None and is_optional:
-            continue
-        words, fits = _KINDS[kind]
-        if count is None:
-            require(fits(value), f"{name} is {value!r}, not {words}.")
-        else:
-            many = "numbers" if count is ... else f"{count} numbers"
-            require(isinstance(value, tuple) and count in (..., len(value)) and all(map(fits, value)), f"{name} is {value!r}, not {many}.")
-
-
-@cache
-def _annotated(kind: type) -> tuple[tuple[str, bool, str, object], ...]:
-    """(name, may be None, type, how many of a tuple) of a dataclass's fields: '...' any number, None no tuple."""
-    found = []
-    for one in fields(kind):
-        text = one.type.removesuffix(" | None")
-        inside = text.removeprefix("tuple[").removesuffix("]").split(", ")
-        count = None if text == inside[0] else ... if inside[-1] == "..." else len(inside)
-        found.append((one.name, text != one.type, inside[0], count))
-    return tuple(found)
+SHORTEST_M = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,21 +27,15 @@ class WarpChoice:
     more texels near, 1/n̄' the perspective map, below it, > −1, more of them far (b < −1).
     """
 
-    kind: str = "lispsm-general"
-    eta: float | None = None
-    parameter: float | None = None
-    pseudo_near: float | None = None
-    convergence: str = "quadratic"
-    log_bend: float = 0.0
+    kind: str = one_of("lispsm-general", "Warp", WARPS)
+    eta: float | None = within(None, "The warp's η", -1.0, 1.0)
+    parameter: float | None = within(None, "The warp parameter n' (metres)", SHORTEST_M, has_infinity=True)
+    pseudo_near: float | None = within(None, "The pseudo-near distance (metres)", SHORTEST_M)
+    convergence: str = one_of("quadratic", "Convergence", CONVERGENCES)
+    log_bend: float = within(0.0, "The log warp's bend 1/b", -0.99, 1e6)
 
     def __post_init__(self) -> None:
-        require_types(self)
-        require_choice("Warp", self.kind, WARPS)
-        require_choice("Convergence", self.convergence, CONVERGENCES)
-        require(self.eta is None or -1.0 <= self.eta <= 1.0, "The warp's η must lie between −1 (uniform) and 1 (PSM).")
-        require(self.parameter is None or 0.0 < self.parameter <= inf, "The warp parameter n' must be a positive distance in metres.")
-        require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
-        require(-1.0 < self.log_bend < inf, "The log warp's bend 1/b must be greater than −1.")
+        require_fields(self)
         require(self.eta is None or self.parameter is None, "Give η or the warp parameter n', not both.")
 
     @property
@@ -113,22 +57,16 @@ class PartitionChoice:
     side.
     """
 
-    kind: str = "z-adaptive"
-    count: int = 4
-    split_weight: float = 0.5
-    alpha: tuple[float, ...] | None = None
-    pseudo_near: float | None = None
-    cut: str = "halves"
+    kind: str = one_of("z-adaptive", "Partition", PARTITIONS)
+    count: int = within(4, "The number of z partitions", 1, 8)
+    split_weight: float = within(0.5, "The split weight (0 linear, 1 logarithmic)", 0.0, 1.0)
+    alpha: tuple[float, ...] | None = within(None, "Every α (usually 2 to 4)", 1.001)
+    pseudo_near: float | None = same_as(WarpChoice, "pseudo_near")
+    cut: str = one_of("halves", "Cut", CUTS)
 
     def __post_init__(self) -> None:
-        require_types(self)
-        require_choice("Partition", self.kind, PARTITIONS)
-        require_choice("Cut", self.cut, CUTS)
-        require(1 <= self.count <= 8, "The number of z partitions must lie between 1 and 8.")
-        require(0.0 <= self.split_weight <= 1.0, "The split weight must lie between 0 (linear) and 1 (logarithmic).")
-        usable = self.alpha is None or (len(self.alpha) >= 1 and all(1.0 < a < inf for a in self.alpha))
-        require(usable, "Every α must be greater than 1 (usually 2 to 4).")
-        require(self.pseudo_near is None or 0.0 < self.pseudo_near < inf, "The pseudo-near distance must be positive.")
+        require_fields(self)
+        require(self.alpha is None or len(self.alpha) > 0, "Give at least one seam control α, or leave it out.")
 
     @property
     def z_count(self) -> int:
@@ -155,15 +93,13 @@ class FitChoice:
     `size` texels per side and partition; `margin_texels` border kept free for filters.
     """
 
-    kind: str = "samples"
-    size: int = 1024
-    margin_texels: float = 1.0
+    kind: str = one_of("samples", "Fit", FITS)
+    size: int = within(1024, "The map size (texels per side)", 16, 16384)
+    margin_texels: float = within(1.0, "The margin (texels)", 0.0, 4095.0)
 
     def __post_init__(self) -> None:
-        require_types(self)
-        require_choice("Fit", self.kind, FITS)
-        require(16 <= self.size <= 16384, "The map size must lie between 16 and 16384 texels per side.")
-        require(0.0 <= self.margin_texels < self.size / 4, "The margin must be smaller than a quarter of the map.")
+        require_fields(self)
+        require(self.margin_texels < self.size / 4, "The margin must be smaller than a quarter of the map.")
 
 
 def unsuited(name: str, identifier: str, light_kind: str, is_orthographic: bool = False) -> str | None:

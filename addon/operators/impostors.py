@@ -11,9 +11,9 @@ from ..blender.impostors.marks import active_mark, all_marked, has_surface, is_m
 from ..blender.snapshot import mark_of_id
 from ..blender.snapshot.instances import listed
 from ..errors import SceneError
+from ..maths.relief.life import ALL_AT_ONCE
 from ..pipeline.job import Job
 from ..scene.records import Mark
-from ..studies.impostors.asked import ALL_AT_ONCE
 from ..studies.run import Outcome, Pending
 from .background import JobOperator, PendingView
 

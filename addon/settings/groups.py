@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
-from math import degrees
 
-from ..maths.choices import FitChoice, PartitionChoice, WarpChoice, require, require_choice, require_types
+from ..maths.choices import FitChoice, PartitionChoice, WarpChoice
+from ..maths.domains import one_of, require, require_fields, same_as, within
 from ..maths.relief.frame import CaptureChoice
-from ..maths.relief.life import LIMITS, LifeSettings
+from ..maths.relief.life import LifeSettings
 
 TESTS = ("depth", "id-depth", "triangle")
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
 PCF_COUNTS = (1, 4, 9, 16, 25)
+SAMPLE_COUNTS = (1, 4, 9, 16)
 FILTER_UNITS = ("texel", "pixel", "metre")
 PASSES = ("combined", "shadow", "depth", "normal", "object", "partition", "aliasing", "texel")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
@@ -22,7 +23,6 @@ IMPOSTOR_WARPS = ("inverse", "forward")
 IMPOSTOR_CASTERS = ("geometry", "impostor")
 LONGEST_M = 1e9
 BRIGHTEST = 100.0
-_LIFE, _CAPTURE = LifeSettings(), CaptureChoice()
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,29 +39,20 @@ class TestChoice:
 
     __test__ = False  # not a pytest class
 
-    kind: str = "depth"
-    depths: int = 1
-    pcf: int = 1
-    bias_strategy: str = "automatic"
-    bias: float | None = None
-    epsilon: float | None = None
-    epsilon_far: float | None = None
+    kind: str = one_of("depth", "Shadow test", TESTS)
+    depths: int = within(1, "The number of depths per cell (n-SM)", 1, 8)
+    pcf: int = one_of(1, "The number of samples of PCF", PCF_COUNTS)
+    bias_strategy: str = one_of("automatic", "Bias strategy", BIASES)
+    bias: float | None = within(None, "The bias", 0.0, LONGEST_M)
+    epsilon: float | None = within(None, "epsilon (metres)", 0.0, LONGEST_M)
+    epsilon_far: float | None = within(None, "epsilon_far (metres)", 0.0, LONGEST_M)
     id_per_material: bool = False
-    filter_unit: str = "texel"
-    filter_width: float | None = None
+    filter_unit: str = one_of("texel", "Filter unit", FILTER_UNITS)
+    filter_width: float | None = within(None, "The filter's width", 1e-6, 1e6)
     outlines: bool = False
 
     def __post_init__(self) -> None:
-        require_types(self)
-        require_choice("Shadow test", self.kind, TESTS)
-        require_choice("Bias strategy", self.bias_strategy, BIASES)
-        require(1 <= self.depths <= 8, "The number of depths per cell (n-SM) must lie between 1 and 8.")
-        require(self.pcf in PCF_COUNTS, "PCF takes 1, 4, 9, 16 or 25 samples.")
-        for name in ("bias", "epsilon", "epsilon_far"):
-            value = getattr(self, name)
-            require(value is None or 0.0 <= value <= LONGEST_M, f"{name} must be a distance from 0 to {LONGEST_M:g} m.")
-        require_choice("Filter unit", self.filter_unit, FILTER_UNITS)
-        require(self.filter_width is None or 0.0 < self.filter_width < 1e6, "The filter's width must be greater than 0.")
+        require_fields(self)
         require(self.filter_width is not None or self.filter_unit != "metre", "A filter in metres needs its width.")
         require(
             self.kind != "triangle" or self.depths == 1, "The triangle test stores triangles, not depths: set the depths per cell to 1."
@@ -82,23 +73,17 @@ class ShadingChoice:
     `background` RGBA behind everything.
     """
 
-    ambient_sky: tuple[float, float, float] = (0.32, 0.36, 0.42)
-    ambient_ground: tuple[float, float, float] = (0.16, 0.15, 0.14)
-    light_strength: float = 0.85
+    ambient_sky: tuple[float, float, float] = within((0.32, 0.36, 0.42), "Every number of ambient_sky", 0.0, BRIGHTEST)
+    ambient_ground: tuple[float, float, float] = within((0.16, 0.15, 0.14), "Every number of ambient_ground", 0.0, BRIGHTEST)
+    light_strength: float = within(0.85, "The light strength", 0.0, BRIGHTEST)
     use_object_colors: bool = True
-    clay: tuple[float, float, float] = (0.6, 0.6, 0.6)
-    background: tuple[float, float, float, float] = (0.78, 0.83, 0.90, 1.0)
-    display: str = "shaded"
-    samples: int = 4
+    clay: tuple[float, float, float] = within((0.6, 0.6, 0.6), "Every number of clay", 0.0, 1.0)
+    background: tuple[float, float, float, float] = within((0.78, 0.83, 0.90, 1.0), "Every number of background", 0.0, BRIGHTEST)
+    display: str = one_of("shaded", "Display", DISPLAYS)
+    samples: int = one_of(4, "The number of camera samples per pixel", SAMPLE_COUNTS)
 
     def __post_init__(self) -> None:
-        require_types(self)
-        require_choice("Display", self.display, DISPLAYS)
-        for name in ("ambient_sky", "ambient_ground", "clay", "background"):
-            usable = all(0.0 <= c <= BRIGHTEST for c in getattr(self, name))
-            require(usable, f"Every number of {name} must lie between 0 and {BRIGHTEST:g}.")
-        require(0.0 <= self.light_strength <= BRIGHTEST, "The light strength must lie between 0 and 100.")
-        require(self.samples in (1, 4, 9, 16), "Camera samples per pixel: 1, 4, 9 or 16.")
+        require_fields(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,45 +100,29 @@ class ImpostorSettings:
     `casters` 'impostor': what is drawn as impostor casts its shadow as one.
     """
 
-    use: str = "automatic"
+    use: str = one_of("automatic", "Impostors", IMPOSTOR_USES)
     fresh: bool = True
-    projection: str = "perspective"
+    projection: str = one_of("perspective", "Impostor projection", IMPOSTOR_PROJECTIONS)
     back_layer: bool = True
-    warp: str = "inverse"
-    predictor: str = _LIFE.predictor
-    limit: float | None = _LIFE.limit
-    texels_per_pixel: float = 2.0
-    max_texels: int = _CAPTURE.max_texels
-    max_tilt_deg: float = round(degrees(_LIFE.max_tilt_rad), 6)
-    regenerations: int = _LIFE.regenerations
-    memory_mib: int = _LIFE.memory_bytes >> 20
-    sprite_px: float = _LIFE.sprite_px
-    ahead: float = _LIFE.ahead
-    fade_frames: int = _LIFE.fade_frames
+    warp: str = one_of("inverse", "Impostor warp", IMPOSTOR_WARPS)
+    predictor: str = same_as(LifeSettings, "predictor")
+    limit: float | None = same_as(LifeSettings, "limit")
+    texels_per_pixel: float = same_as(CaptureChoice, "texels_per_pixel", default=2.0)
+    max_texels: int = same_as(CaptureChoice, "max_texels")
+    max_tilt_deg: float = same_as(LifeSettings, "max_tilt_deg")
+    regenerations: int = same_as(LifeSettings, "regenerations")
+    memory_mib: int = within(LifeSettings().memory_bytes >> 20, "The impostors' texture memory (MiB)", 1, 1 << 20)
+    sprite_px: float = same_as(LifeSettings, "sprite_px")
+    ahead: float = same_as(LifeSettings, "ahead")
+    fade_frames: int = same_as(LifeSettings, "fade_frames")
     break_even: bool = True
-    views: int = 1
-    directions: int = 0
+    views: int = within(1, "The captures of an impostor that are drawn together", 1, 4)
+    directions: int = within(0, "The directions of an impostor per side (0: none)", 0, 64)
     fill: bool = True
-    casters: str = "geometry"
+    casters: str = one_of("geometry", "Impostor casters", IMPOSTOR_CASTERS)
 
     def __post_init__(self) -> None:
-        require_types(self)
-        require_choice("Impostors", self.use, IMPOSTOR_USES)
-        require_choice("Impostor projection", self.projection, IMPOSTOR_PROJECTIONS)
-        require_choice("Impostor warp", self.warp, IMPOSTOR_WARPS)
-        require_choice("Impostor predictor", self.predictor, tuple(LIMITS))
-        require(self.limit is None or 0.0 < self.limit < 1e12, "The impostors' error limit must be positive.")
-        require(0.125 <= self.texels_per_pixel <= 8.0, "Impostor texels per pixel must lie between 1/8 and 8.")
-        require(16 <= self.max_texels <= 8192, "The largest impostor texture must lie between 16 and 8192 texels.")
-        require(0.0 < self.max_tilt_deg <= 85.0, "The impostors' largest tilt must lie above 0° and not above 85°.")
-        require(0 <= self.regenerations <= 10000, "Impostor captures per picture: 0 to 10000.")
-        require(1 <= self.memory_mib <= 1 << 20, "The impostors' texture memory must be 1 MiB or more.")
-        require(0.0 <= self.sprite_px <= 16.0, "The pixels up to which an impostor is a sprite must lie between 0 and 16.")
-        require(0.0 <= self.ahead <= 0.95, "The share of the limit for captures ahead must lie between 0 and 0.95.")
-        require(0 <= self.fade_frames <= 60, "The impostors' crossfade takes 0 to 60 pictures.")
-        require_choice("Impostor casters", self.casters, IMPOSTOR_CASTERS)
-        require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
-        require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
+        require_fields(self)
 
 
 @dataclass(frozen=True, slots=True)

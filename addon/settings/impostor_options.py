@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from ..maths.relief.life import LIMITS
-from .groups import IMPOSTOR_CASTERS, IMPOSTOR_PROJECTIONS, IMPOSTOR_USES, IMPOSTOR_WARPS
 from .option import Option, choice
 from .words import IMPOSTOR_CASTER_WORDS, IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
 
@@ -21,7 +19,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "use",
         "Impostors",
         "When objects marked as impostors are captured and drawn from a texture with depth",
-        IMPOSTOR_USES,
         IMPOSTOR_USE_WORDS,
     ),
     _one(
@@ -37,7 +34,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "projection",
         "Projection",
         "From where the texture's rays come at capture",
-        IMPOSTOR_PROJECTIONS,
         IMPOSTOR_PROJECTION_WORDS,
     ),
     _one(
@@ -60,8 +56,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "count",
         "Views",
         "Captures drawn together, the nearest to the eye dithered, the others where those have holes: more stay right longer and cost more",
-        low=1,
-        high=4,
     ),
     _one(
         "impostor_directions",
@@ -69,8 +63,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "count",
         "Directions",
         "0: captured from the eye; n: from n × n directions round the object, each when first needed and then kept, for whole orbits",
-        low=0,
-        high=64,
         soft=(0, 16),
     ),
     choice(
@@ -79,7 +71,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "warp",
         "Impostor Warp",
         "How the texture follows the moving eye",
-        IMPOSTOR_WARPS,
         IMPOSTOR_WARP_WORDS,
     ),
     choice(
@@ -88,7 +79,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "predictor",
         "Predictor",
         "Which predicted error decides when an impostor is captured anew",
-        tuple(LIMITS),
         PREDICTOR_WORDS,
     ),
     _one(
@@ -98,8 +88,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "Error Limit",
         "Predicted error above which an impostor is captured anew, in the predictor's unit; with Edge Sum, fast or not, the share of its "
         "pixels that are wrong",
-        low=1e-6,
-        high=1e9,
         soft=(0.005, 0.5),
         start=0.03,
     ),
@@ -109,8 +97,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "number",
         "Texels per Pixel",
         "Texture resolution at capture as a multiple of the picture's (RI 5-1): more texels stay sharp longer on approach",
-        low=0.125,
-        high=8.0,
         soft=(0.5, 4.0),
     ),
     choice(
@@ -119,7 +105,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "casters",
         "Shadows From",
         "What casts the shadows of objects that are drawn as impostors",
-        IMPOSTOR_CASTERS,
         IMPOSTOR_CASTER_WORDS,
     ),
     _one(
@@ -128,8 +113,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "count",
         "Largest Texture",
         "Texels of the longer side at most; above that the texels grow",
-        low=16,
-        high=8192,
         soft=(128, 4096),
         unit="texel",
     ),
@@ -139,8 +122,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "number",
         "Largest Tilt (°)",
         "Degrees by which the view of an impostor may turn before it is captured anew, whatever the predicted error",
-        low=1.0,
-        high=85.0,
         soft=(5.0, 60.0),
     ),
     _one(
@@ -149,8 +130,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "count",
         "Captures",
         "Impostors captured for one picture of a view at most: fewer keep the view smooth, the others wait or are drawn as geometry",
-        low=0,
-        high=10000,
         soft=(1, 16),
     ),
     _one(
@@ -159,8 +138,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "count",
         "Memory (MiB)",
         "MiB for all impostors together: beyond it the least needed become geometry",
-        low=1,
-        high=1 << 20,
         soft=(64, 4096),
     ),
     _one(
@@ -169,8 +146,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "count",
         "Crossfade",
         "Pictures over which a new texture replaces the old one, dithered; 0 changes at once",
-        low=0,
-        high=60,
         soft=(0, 10),
     ),
     _one(
@@ -179,8 +154,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "number",
         "Sprite up to (px)",
         "Pixels (Schaufler's β) up to which the texture is shown as captured, not warped; 1 is RI's, which shows on thin parts",
-        low=0.0,
-        high=16.0,
         soft=(0.0, 2.0),
     ),
     _one(
@@ -190,8 +163,6 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "Capture Ahead",
         "A view that moves on is met ahead, where its texture will be right: by this share of the error limit it may be wrong until then; "
         "0 captures from the view itself, as RI",
-        low=0.0,
-        high=0.95,
         soft=(0.0, 0.9),
     ),
     _one(

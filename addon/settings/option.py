@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Literal
 
+from ..maths.domains import Interval, OneOf, domain_of
 from .groups import Settings
 
 Kind = Literal["choice", "number", "count", "switch", "numbers", "color"]
@@ -16,8 +17,8 @@ class Option:
     """One thing the user can set.
 
     `name` is the property's name, the key in a settings file and, with dashes, the flag of the command line. `targets` are the
-    (group, field) pairs of `Settings` it feeds. `low`, `high` hard limits and `soft_low`, `soft_high` those of a slider.
-    `items` label and explanation per choice. `unit` is 'm', '' or 'texel'. `start` is where an optional number starts when switched on.
+    (group, field) pairs of `Settings` it feeds; what they may hold is written there. `soft` the limits of a slider. `items` identifier,
+    label and explanation per choice. `unit` is 'm', '' or 'texel'. `start` is where an optional number starts when switched on.
     """
 
     name: str
@@ -25,8 +26,6 @@ class Option:
     kind: Kind
     label: str
     text: str
-    low: float = -inf
-    high: float = inf
     soft: tuple[float, float] | None = None
     items: tuple[tuple[str, str, str], ...] = ()
     unit: str = ""
@@ -39,6 +38,20 @@ class Option:
         return getattr(getattr(Settings(), group), field)
 
     @property
+    def low(self) -> float:
+        """The least number that the setting may be."""
+        return self._domain.low if isinstance(self._domain, Interval) else -inf
+
+    @property
+    def high(self) -> float:
+        """The greatest."""
+        return self._domain.high if isinstance(self._domain, Interval) else inf
+
+    @property
+    def _domain(self) -> Interval | OneOf | None:
+        return _domain_of(*self.targets[0])
+
+    @property
     def is_optional(self) -> bool:
         """True when leaving it out means 'automatic'."""
         return self.start is not None
@@ -49,7 +62,11 @@ class Option:
         return "--" + self.name.replace("_", "-")
 
 
-def choice(name: str, group: str, field: str, label: str, text: str, identifiers: tuple, words: tuple[tuple[str, str], ...]) -> Option:
-    """An option with fixed choices, `words` (label, explanation) in their order."""
-    items = tuple((str(i), word, meaning) for i, (word, meaning) in zip(identifiers, words, strict=True))
+def choice(name: str, group: str, field: str, label: str, text: str, words: tuple[tuple[str, str], ...]) -> Option:
+    """An option with the fixed choices of its setting, `words` (label, explanation) in their order."""
+    items = tuple((str(i), word, meaning) for i, (word, meaning) in zip(_domain_of(group, field).values, words, strict=True))
     return Option(name, ((group, field),), "choice", label, text, items=items)
+
+
+def _domain_of(group: str, field: str) -> Interval | OneOf | None:
+    return domain_of(type(getattr(Settings(), group)), field)

@@ -1,7 +1,7 @@
-"""Every option once: its name, the setting it feeds, its range and the words that explain it. No bpy.
+"""Every option once: its name, the setting it feeds and the words that explain it. No bpy.
 
 Blender's properties (`blender/properties.py`), the command line (`cli/parser.py`) and settings files are made from this table.
-Defaults, choices and checks stay in the frozen dataclasses of `maths.choices` and `settings.groups`; nothing here repeats them.
+Defaults, ranges, choices and checks stay in the frozen dataclasses of `maths.choices` and `settings.groups`; nothing here repeats them.
 """
 
 from __future__ import annotations
@@ -9,8 +9,7 @@ from __future__ import annotations
 from dataclasses import fields
 
 from ..errors import SettingsError
-from ..maths.choices import CONVERGENCES, CUTS, FITS, PARTITIONS, WARPS
-from .groups import BIASES, DISPLAYS, FILTER_UNITS, LONGEST_M, PCF_COUNTS, TESTS, Settings
+from .groups import Settings
 from .impostor_options import IMPOSTOR_OPTIONS
 from .option import Option, choice
 from .words import (
@@ -22,22 +21,19 @@ from .words import (
     FIT_WORDS,
     PARTITION_WORDS,
     PCF_WORDS,
-    SAMPLE_COUNTS,
     SAMPLE_WORDS,
     TEST_WORDS,
     WARP_WORDS,
 )
 
 OPTIONS: tuple[Option, ...] = (
-    choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARPS, WARP_WORDS),
+    choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARP_WORDS),
     Option(
         "eta",
         (("warp", "eta"),),
         "number",
         "η",
         "Sets the warp directly: −1 uniform, 0 equal error near and far, 1 strongest (T4 (32), (33))",
-        low=-1.0,
-        high=1.0,
         start=0.0,
     ),
     Option(
@@ -46,7 +42,6 @@ OPTIONS: tuple[Option, ...] = (
         "number",
         "n'",
         "Sets the warp directly: distance from the apex of the warping pyramid to its near plane; small is strong (T4 (26))",
-        low=1e-6,
         soft=(0.01, 1e4),
         unit="m",
         start=1.0,
@@ -57,7 +52,6 @@ OPTIONS: tuple[Option, ...] = (
         "number",
         "Pseudo-Near",
         "View depth from which shadows shall be sharp; nearer ones may be coarser (LogPSM §5.1.8, 5.64)",
-        low=1e-6,
         soft=(0.01, 1e4),
         unit="m",
         start=1.0,
@@ -68,7 +62,6 @@ OPTIONS: tuple[Option, ...] = (
         "convergence",
         "Fading",
         "How the warp fades to uniform as the light turns into the view's direction, below γ_lim",
-        CONVERGENCES,
         CONVERGENCE_WORDS,
     ),
     Option(
@@ -77,29 +70,23 @@ OPTIONS: tuple[Option, ...] = (
         "number",
         "Log Bend",
         "0: texels grow evenly along the view; above: more of them near the eye; below: more far away (1/b of LogPSM 5.47)",
-        low=-0.99,
-        high=1e6,
         soft=(-0.9, 4.0),
     ),
-    choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITIONS, PARTITION_WORDS),
+    choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITION_WORDS),
     Option(
         "partitions",
         (("partition", "count"),),
         "count",
         "Partitions",
         "Number of slices in depth, one shadow map each: more are sharper and cost more",
-        low=1,
-        high=8,
     ),
-    choice("cut", "partition", "cut", "Cut", "Which way the borders between slices stand", CUTS, CUT_WORDS),
+    choice("cut", "partition", "cut", "Cut", "Which way the borders between slices stand", CUT_WORDS),
     Option(
         "split_weight",
         (("partition", "split_weight"),),
         "number",
         "Split Weight",
         "0 linear slices, 1 logarithmic ones (λ, LogPSM 5.60)",
-        low=0.0,
-        high=1.0,
     ),
     Option(
         "alpha",
@@ -108,7 +95,6 @@ OPTIONS: tuple[Option, ...] = (
         "Seam α",
         "Each slice ends at 1/α of the next one's end when the light runs along the view; 2 to 4 hides the seams best (T4 (55)). "
         "Automatic: 3 with the cut across the view, logarithmic slices along the light",
-        low=1.001,
         soft=(2.0, 4.0),
         start=3.0,
     ),
@@ -118,32 +104,26 @@ OPTIONS: tuple[Option, ...] = (
         "count",
         "Map Size",
         "Texels per side of every shadow map: twice as many make the error m a quarter and need four times the memory",
-        low=16,
-        high=16384,
         soft=(256, 4096),
         unit="texel",
     ),
-    choice("fit", "fit", "kind", "Fit", "What the shadow map's texels are spread over", FITS, FIT_WORDS),
+    choice("fit", "fit", "kind", "Fit", "What the shadow map's texels are spread over", FIT_WORDS),
     Option(
         "margin",
         (("fit", "margin_texels"),),
         "number",
         "Margin",
         "Texels kept free at the map's border for the filter",
-        low=0.0,
-        high=4095.0,
         soft=(0.0, 16.0),
         unit="texel",
     ),
-    choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", TESTS, TEST_WORDS),
+    choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", TEST_WORDS),
     Option(
         "depths",
         (("test", "depths"),),
         "count",
         "Depths per Cell",
         "n-SM: depths each cell of the map holds; more give smoother edges from fewer samples (SMMVP §4.5)",
-        low=1,
-        high=8,
     ),
     choice(
         "pcf",
@@ -151,22 +131,19 @@ OPTIONS: tuple[Option, ...] = (
         "pcf",
         "Filter",
         "Shadow tests averaged per pixel: more give softer, smoother edges (PCF(k, n))",
-        PCF_COUNTS,
         PCF_WORDS,
     ),
-    choice("filter_unit", "test", "filter_unit", "Filter Unit", "What the filter's width is measured in", FILTER_UNITS, FILTER_UNIT_WORDS),
+    choice("filter_unit", "test", "filter_unit", "Filter Unit", "What the filter's width is measured in", FILTER_UNIT_WORDS),
     Option(
         "filter_width",
         (("test", "filter_width"),),
         "number",
         "Filter Width",
         "Width of the filter, in its unit: wider is softer (automatic: one unit per sample along a side)",
-        low=1e-6,
-        high=1e6,
         soft=(0.1, 16.0),
         start=3.0,
     ),
-    choice("bias_strategy", "test", "bias_strategy", "Bias", "How self-shadowing (acne) is kept away", BIASES, BIAS_WORDS),
+    choice("bias_strategy", "test", "bias_strategy", "Bias", "How self-shadowing (acne) is kept away", BIAS_WORDS),
     Option(
         "bias",
         (("test", "bias"),),
@@ -174,8 +151,6 @@ OPTIONS: tuple[Option, ...] = (
         "Bias Amount",
         "Metres along the light for a constant bias, texels for slope-scaled and "
         "normal offset: too little makes acne, too much detaches shadows",
-        low=0.0,
-        high=LONGEST_M,
         soft=(0.0, 4.0),
         start=1.0,
     ),
@@ -185,8 +160,6 @@ OPTIONS: tuple[Option, ...] = (
         "number",
         "ε",
         "Depth difference below which nothing is in shadow (IDD §5.4)",
-        low=0.0,
-        high=LONGEST_M,
         soft=(0.0, 1.0),
         unit="m",
         start=0.001,
@@ -197,8 +170,6 @@ OPTIONS: tuple[Option, ...] = (
         "number",
         "ε far",
         "Depth difference above which everything is in shadow, whatever its number (IDD §5.4)",
-        low=0.0,
-        high=LONGEST_M,
         soft=(0.0, 10.0),
         unit="m",
         start=0.1,
@@ -217,14 +188,13 @@ OPTIONS: tuple[Option, ...] = (
         "Thin Parts",
         "The exact test also finds parts too thin for the map's texels, by drawing the outlines of all triangles once more: slower",
     ),
-    choice("display", "shading", "display", "Show", "What the picture shows", DISPLAYS, DISPLAY_WORDS),
+    choice("display", "shading", "display", "Show", "What the picture shows", DISPLAY_WORDS),
     choice(
         "samples",
         "shading",
         "samples",
         "Samples",
         "Camera samples per pixel: more make the edges of objects smoother",
-        SAMPLE_COUNTS,
         SAMPLE_WORDS,
     ),
     Option(
@@ -233,8 +203,6 @@ OPTIONS: tuple[Option, ...] = (
         "number",
         "Strength",
         "Scales the light that casts the shadows",
-        low=0.0,
-        high=100.0,
         soft=(0.0, 4.0),
     ),
     Option(
@@ -243,8 +211,6 @@ OPTIONS: tuple[Option, ...] = (
         "color",
         "Sky",
         "Ambient light on surfaces that look up",
-        low=0.0,
-        high=100.0,
         soft=(0.0, 1.0),
     ),
     Option(
@@ -253,8 +219,6 @@ OPTIONS: tuple[Option, ...] = (
         "color",
         "Ground",
         "Ambient light on surfaces that look down",
-        low=0.0,
-        high=100.0,
         soft=(0.0, 1.0),
     ),
     Option(
@@ -264,15 +228,13 @@ OPTIONS: tuple[Option, ...] = (
         "Object Colours",
         "Paint objects in their own colours; off: all in clay",
     ),
-    Option("clay", (("shading", "clay"),), "color", "Clay", "The one colour of all objects when their own are off", low=0.0, high=1.0),
+    Option("clay", (("shading", "clay"),), "color", "Clay", "The one colour of all objects when their own are off"),
     Option(
         "background",
         (("shading", "background"),),
         "color",
         "Background",
         "Colour and opacity behind everything",
-        low=0.0,
-        high=100.0,
         soft=(0.0, 1.0),
     ),
     *IMPOSTOR_OPTIONS,

@@ -1,6 +1,6 @@
 """The words that explain each choice: (label, what it does to the picture), in the order of the choices. No bpy."""
 
-from .groups import PCF_COUNTS
+from .groups import PCF_COUNTS, SAMPLE_COUNTS
 
 WARP_WORDS = (
     ("Uniform", "Every texel covers the same area seen from the light: sharp far away, coarse near the eye"),
@@ -70,7 +70,6 @@ PCF_WORDS = tuple(
     )
     for k in PCF_COUNTS
 )
-SAMPLE_COUNTS = (1, 4, 9, 16)
 SAMPLE_WORDS = tuple(
     (f"{k} per pixel", f"{k} camera sample{'s' * (k > 1)} per pixel of the picture; the data passes stay at pixel centres")
     for k in SAMPLE_COUNTS

@@ -12,11 +12,11 @@ from addon.maths.view import Light
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors import ahead as impostor_ahead
 from addon.pipeline.impostors.life import library_of
-from addon.pipeline.impostors.records import CASTERS, ImpostorChoice, ImpostorGroup
+from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.impostors.shadows import casters_of
 from addon.pipeline.impostors.sights import START_PIXEL_NS
 from addon.pipeline.job import Job
-from addon.settings.groups import Settings
+from addon.settings.groups import IMPOSTOR_CASTERS, Settings
 from addon.studies.run import run
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
@@ -283,7 +283,7 @@ LAMPS = {
 def test_impostors_cast_the_shadows_of_their_geometry(film, lamp):
     """From textures captured from the light, the floor's shadow is that of the triangles but for its edges, while the camera moves."""
     light = LAMPS[lamp]
-    choices = {casters: replace(ALL, casters=casters) for casters in CASTERS}
+    choices = {casters: replace(ALL, casters=casters) for casters in IMPOSTOR_CASTERS}
     for angle in (0.3, 0.5):
         shadows = {k: film(orbit(angle), c, passes=("shadow", "object"), light=light).passes for k, c in choices.items()}
         floor = shadows["geometry"]["object"] == 3
@@ -322,7 +322,7 @@ def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
         run(
             Job(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=replace(ALL, casters=casters)), on=renderer
         ).frame
-        for casters in CASTERS
+        for casters in IMPOSTOR_CASTERS
     ]
     np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])
 
@@ -330,5 +330,5 @@ def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
 def test_an_impostor_far_larger_than_a_map_casts_as_geometry(film, monkeypatch):
     """Its blocks would reach farther beyond the map than float32 can draw; with no room beyond, that is every impostor."""
     monkeypatch.setattr(cut, "LARGE", 1e-3)
-    frames = [film(orbit(0.3), replace(ALL, casters=casters), passes=("shadow",)) for casters in CASTERS]
+    frames = [film(orbit(0.3), replace(ALL, casters=casters), passes=("shadow",)) for casters in IMPOSTOR_CASTERS]
     np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])

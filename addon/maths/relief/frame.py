@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import SceneError
-from ..choices import require
+from ..domains import require, require_fields, within
 from ..spaces import angle_between
 from ..view import Camera
 from .warp import ORTHOGRAPHIC_SOURCE, CaptureFrame, eye_in_plane, pixel_from_clip
@@ -29,16 +29,14 @@ class CaptureChoice:
     """
 
     perspective: bool = True
-    texels_per_pixel: float = 1.0
-    max_texels: int = 1024
-    margin_texels: int = 2
-    picture_samples: int = 1
+    texels_per_pixel: float = within(1.0, "Impostor texels per pixel", 0.125, 8.0)
+    max_texels: int = within(1024, "The largest impostor texture (texels)", 16, 8192)
+    margin_texels: int = within(2, "The impostor texture's margin (texels)", 0, 16)
+    picture_samples: int = within(1, "The pictures' samples per side", 1, 16)
 
     def __post_init__(self) -> None:
-        require(0.125 <= self.texels_per_pixel <= 8.0, "Texels per pixel must lie between 1/8 and 8.")
-        require(16 <= self.max_texels <= 8192, "The largest impostor texture must lie between 16 and 8192 texels.")
-        require(1 <= self.picture_samples <= 16, "The pictures' samples per side must be 1 to 16.")
-        require(0 <= self.margin_texels <= 16 and 2 * self.margin_texels < self.max_texels, "The margin must lie between 0 and 16 texels.")
+        require_fields(self)
+        require(2 * self.margin_texels < self.max_texels, "The margin of an impostor's texture must leave room for the object.")
 
 
 def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], choice: CaptureChoice = CaptureChoice()) -> CaptureFrame:

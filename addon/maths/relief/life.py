@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, tan
+from math import inf, radians, tan
 
-from ..choices import require, require_choice
+from ..domains import one_of, require_fields, within
 from .beta import Betas
 
 STAGES = ("hidden", "geometry", "sprite", "warp", "regenerated")
@@ -31,6 +31,8 @@ LIMITS = {
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 TOO_FINE = "finer than its texels"
 """Why an object is drawn as geometry whose parts are thinner than the texels of a capture."""
+ALL_AT_ONCE = 10000
+"""More captures than there are impostors in any picture."""
 SHARED = ("edge_sum_px", "edge_fast_px")
 
 
@@ -40,7 +42,7 @@ class LifeSettings:
 
     `predictor` and `limit` (None: the predictor's usual) decide the second critical moment. A sprite is kept while β ≤ `sprite_px` pixels
     (RI: 1; docs/findings.md says what that costs on thin parts).
-    `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_rad`
+    `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_deg`
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
     With the edge sums the error is a share of wrong pixels (`share_wrong`): `opening` of the predicted openings (they are over-estimated),
@@ -51,38 +53,30 @@ class LifeSettings:
     the eye will be; this share of the limit is what it may be wrong by until then (0: from where the eye is, as RI; `ahead.py`).
     """
 
-    predictor: str = "edge_fast_px"
-    limit: float | None = None
-    sprite_px: float = 0.2
-    approach: str = "texel"
-    texel_px: float = 1.5
-    max_tilt_rad: float = 0.7853981633974483
-    hysteresis: float = 0.7
-    waiting: float = 1.5
-    opening: float = 0.28
-    resampling: float = 0.03
-    turning: float = 0.07
-    finest: float = 0.3
-    regenerations: int = 1
-    memory_bytes: int = 256 << 20
-    fade_frames: int = 0
-    ahead: float = 0.75
+    predictor: str = one_of("edge_fast_px", "Impostor predictor", tuple(LIMITS))
+    limit: float | None = within(None, "The impostors' error limit", 1e-6, 1e9)
+    sprite_px: float = within(0.2, "The pixels up to which an impostor is a sprite", 0.0, 16.0)
+    approach: str = one_of("texel", "Approach rule", APPROACHES)
+    texel_px: float = within(1.5, "The pixels that a texel may cover", 1e-6)
+    max_tilt_deg: float = within(45.0, "The impostors' largest tilt (degrees)", 1.0, 85.0)
+    hysteresis: float = within(0.7, "The hysteresis", 1e-6, 1.0)
+    waiting: float = within(1.5, "The waiting factor", 1.0)
+    opening: float = within(0.28, "The weight of openings", 0.0)
+    resampling: float = within(0.03, "The weight of resampling", 0.0)
+    turning: float = within(0.07, "The weight of turning", 0.0)
+    finest: float = within(0.3, "The finest share of contours", 1e-6, has_infinity=True)
+    regenerations: int = within(1, "The impostors captured per picture", 0, ALL_AT_ONCE)
+    memory_bytes: int = within(256 << 20, "The impostors' texture memory (bytes)", 1, 1 << 40)
+    fade_frames: int = within(0, "The impostors' crossfade (pictures)", 0, 60)
+    ahead: float = within(0.75, "The share of the limit for captures ahead", 0.0, 0.95)
 
     def __post_init__(self) -> None:
-        require_choice("Predictor", self.predictor, tuple(LIMITS))
-        require_choice("Approach rule", self.approach, APPROACHES)
-        require(self.limit is None or 0.0 < self.limit < inf, "The error limit must be positive.")
-        require(0.0 <= self.sprite_px < inf and 0.0 < self.texel_px < inf, "The sprite and texel limits are positive numbers of pixels.")
-        require(0.0 < self.max_tilt_rad < 1.5, "The largest tilt must lie between 0° and 85°.")
-        require(0.0 < self.hysteresis <= 1.0, "The hysteresis must lie above 0 and not above 1.")
-        require(1.0 <= self.waiting < inf, "The waiting factor must be at least 1.")
-        weights = self.opening, self.resampling, self.turning
-        require(all(0.0 <= w < inf for w in weights), "The weights of openings, resampling and turning must be at least 0.")
-        require(self.finest > 0.0, "The finest share of contours must be positive.")
-        require(0 <= self.regenerations <= 10000, "Regenerations per frame: 0 to 10000.")
-        require(self.memory_bytes > 0, "The texture memory must be positive.")
-        require(0 <= self.fade_frames <= 60, "The crossfade takes 0 to 60 frames.")
-        require(0.0 <= self.ahead < 1.0, "The share of the limit that a capture from ahead may be wrong by must lie from 0 to below 1.")
+        require_fields(self)
+
+    @property
+    def max_tilt_rad(self) -> float:
+        """The largest tilt in radians."""
+        return radians(self.max_tilt_deg)
 
     @property
     def effective_limit(self) -> float:

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...maths.choices import require, require_choice
+from ...maths.domains import one_of, require, require_fields, same_as, within
 from ...maths.relief.edges import EdgeChoice
 from ...maths.relief.frame import CaptureChoice
 from ...maths.relief.life import LifeSettings, Sight
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from ...scene.records import Scene
+from ...settings.groups import ImpostorSettings
 
 MODES = ("automatic", "manual")
-CASTERS = ("geometry", "impostor")
 
 
 @dataclass(frozen=True)
@@ -44,31 +44,25 @@ class ImpostorChoice:
 
     groups: tuple[ImpostorGroup, ...] = ()
     life: LifeSettings = field(default_factory=LifeSettings)
-    capture: CaptureChoice = field(default_factory=lambda: CaptureChoice(texels_per_pixel=2.0))
+    capture: CaptureChoice = field(default_factory=lambda: CaptureChoice(texels_per_pixel=ImpostorSettings().texels_per_pixel))
     edges: EdgeChoice = field(default_factory=EdgeChoice)
     with_back: bool = True
-    mode: str = "automatic"
-    method: str = "inverse"
+    mode: str = one_of("automatic", "Impostor mode", MODES)
+    method: str = same_as(ImpostorSettings, "warp")
     regenerate: frozenset[Hashable] = frozenset()
-    triangle_ns: float | None = None
-    pixel_ns: float | None = None
+    triangle_ns: float | None = within(None, "The cost of a triangle (ns)", 1e-9)
+    pixel_ns: float | None = within(None, "The cost of a pixel (ns)", 1e-9)
     never_dearer: bool = True
     exact: bool = False
     fresh: bool = False
-    views: int = 1
-    directions: int = 0
-    fill: bool = True
-    casters: str = "geometry"
+    views: int = same_as(ImpostorSettings, "views")
+    directions: int = same_as(ImpostorSettings, "directions")
+    fill: bool = same_as(ImpostorSettings, "fill")
+    casters: str = same_as(ImpostorSettings, "casters")
 
     def __post_init__(self) -> None:
-        require_choice("Impostor mode", self.mode, MODES)
-        require_choice("Impostor method", self.method, METHODS)
-        require_choice("Impostor casters", self.casters, CASTERS)
+        require_fields(self)
         require(len({g.key for g in self.groups}) == len(self.groups), "Two impostors have the same key.")
-        require(1 <= self.views <= 4, "1 to 4 captures of an impostor can be drawn together.")
-        require(0 <= self.directions <= 64, "The directions of an impostor per side: 0 (none) to 64.")
-        costs = [cost for cost in (self.triangle_ns, self.pixel_ns) if cost is not None]
-        require(all(cost > 0.0 for cost in costs), "The costs of a triangle and of a pixel must be positive.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +128,3 @@ def _corners(box: np.ndarray) -> np.ndarray:
     """(8, 3) corners of a (2, 3) box."""
     pick = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
     return box[pick, np.arange(3)]
-
-
-METHODS = ("inverse", "forward")

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Hashable
 from concurrent.futures import Future
 from dataclasses import replace
-from math import radians
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from ...pipeline.job import Job
     from ...settings.groups import ImpostorSettings
 
-ALL_AT_ONCE = 10000
 TRIANGLE_NS, PIXEL_NS = 60.0, 150.0
 """The break-even of fresh pictures: fixed, since what is measured differs from run to run, and they must not."""
 AS_LONG_AS_THE_USER_WANTS = 1e12
@@ -82,14 +80,14 @@ def choice_for(
 ) -> ImpostorChoice:
     """The choice for given groups; `exact` also computes the predictor whose cost grows with the texture."""
     from ...maths.relief.frame import CaptureChoice
-    from ...maths.relief.life import LifeSettings
+    from ...maths.relief.life import ALL_AT_ONCE, LifeSettings
     from ...pipeline.impostors.records import ImpostorChoice
 
     fresh = fresh and settings.use == "automatic"
     life = LifeSettings(
         predictor=settings.predictor,
         limit=settings.limit,
-        max_tilt_rad=radians(settings.max_tilt_deg),
+        max_tilt_deg=settings.max_tilt_deg,
         regenerations=ALL_AT_ONCE if fresh else settings.regenerations,
         memory_bytes=settings.memory_mib << 20,
         fade_frames=settings.fade_frames,

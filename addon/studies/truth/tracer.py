@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...maths.choices import require_choice
+from ...maths.domains import require_choice
 from ...maths.view import Camera, Light
 from ...scene.records import Scene
 from .backends import BACKENDS, Backend

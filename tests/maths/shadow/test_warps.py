@@ -140,7 +140,7 @@ def choices():
     return (
         plain
         + [WarpChoice(kind, pseudo_near=3.0) for kind in WARPS]
-        + [*(WarpChoice(eta=eta) for eta in (-1.0, -0.3, 0.0, 1.0)), *(WarpChoice(parameter=p) for p in (1e-300, 2.0, 1e300, inf))]
+        + [*(WarpChoice(eta=eta) for eta in (-1.0, -0.3, 0.0, 1.0)), *(WarpChoice(parameter=p) for p in (1e-6, 2.0, 1e300, inf))]
     )
 
 

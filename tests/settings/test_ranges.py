@@ -1,0 +1,110 @@
+"""A range is written once: what an option offers, what the check takes and what the records below are made with is the same."""
+
+from __future__ import annotations
+
+import dataclasses
+from math import inf, isinf, nan, nextafter
+
+import pytest
+
+from addon.errors import SettingsError
+from addon.maths.domains import Interval, OneOf, domain_of, require_fields, same_as, within
+from addon.maths.relief.frame import CaptureChoice
+from addon.maths.relief.life import LifeSettings
+from addon.pipeline.impostors.records import ImpostorChoice
+from addon.settings.groups import ImpostorSettings, Settings
+from addon.settings.options import BY_NAME, OPTIONS, with_options
+
+# what else must be chosen for the ends of a range to be taken
+NEEDS = {"map_size": {"margin": 0.0}, "margin": {"map_size": 16384}}
+NUMBERS = [option.name for option in OPTIONS if option.kind in ("number", "count", "numbers", "color")]
+
+
+def taken(name, value):
+    """The settings with this value of an option, as many of it as the option has."""
+    option = BY_NAME[name]
+    many = {"numbers": 1, "color": len(option.default) if option.kind == "color" else 0}.get(option.kind)
+    return with_options(Settings(), NEEDS.get(name, {}) | {name: value if many is None else (value,) * many})
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_the_ends_of_an_options_range_are_taken_and_what_lies_beyond_is_refused_in_a_line_that_names_the_range(name):
+    option = BY_NAME[name]
+    for end, beyond in ((option.low, -inf), (option.high, inf)):
+        if isinf(end):
+            continue
+        taken(name, end)
+        with pytest.raises(SettingsError, match=r"must (lie between|be (finite and )?at least) [-\d.]+") as refused:
+            taken(name, end + (1 if beyond > 0 else -1) if option.kind == "count" else nextafter(end, beyond))
+        assert "\n" not in str(refused.value)
+    if option.kind != "count":
+        with pytest.raises(SettingsError):
+            taken(name, nan)
+
+
+def test_every_number_and_choice_has_a_domain_and_all_fields_of_an_option_have_the_same():
+    for option in OPTIONS:
+        domains = {domain_of(type(getattr(Settings(), group)), field) for group, field in option.targets}
+        kind = {"switch": type(None), "choice": OneOf}.get(option.kind, Interval)
+        assert [type(domain) for domain in domains] == [kind], option.name
+
+
+@pytest.mark.parametrize("kind", [LifeSettings, CaptureChoice, ImpostorChoice])
+def test_what_lies_below_the_impostor_settings_takes_the_same_values(kind):
+    shared = {f.name for f in dataclasses.fields(kind)} & {f.name for f in dataclasses.fields(ImpostorSettings)} - {"fresh"}
+    assert shared
+    for name in shared:
+        assert domain_of(kind, name) == domain_of(ImpostorSettings, name)
+        if name != "texels_per_pixel":
+            assert getattr(kind(), name) == getattr(ImpostorSettings(), name)
+
+
+def test_the_memory_in_mebibytes_covers_that_in_bytes():
+    mib, in_bytes = domain_of(ImpostorSettings, "memory_mib"), domain_of(LifeSettings, "memory_bytes")
+    assert in_bytes.low <= mib.low << 20 and mib.high << 20 == in_bytes.high
+    assert ImpostorSettings().memory_mib << 20 == LifeSettings().memory_bytes
+
+
+@dataclasses.dataclass(frozen=True)
+class Measured:
+    """For these tests."""
+
+    near: float | None = within(None, "Near", 0.5)
+    far: float = within(2.0, "Far", 1, 1 << 20, has_infinity=False)
+    end: float = within(inf, "End", 0, has_infinity=True)
+    next: float = dataclasses.field(default=2.0)
+
+    __post_init__ = require_fields
+
+
+@dataclasses.dataclass(frozen=True)
+class Other:
+    """Takes a field of another."""
+
+    far: float = same_as(Measured, "far")
+    shorter: float = same_as(Measured, "far", default=1.5)
+
+    __post_init__ = require_fields
+
+
+@pytest.mark.parametrize(
+    ("values", "line"),
+    [
+        ({"near": 0.25}, "Near must be finite and at least 0.5, not 0.25."),
+        ({"near": inf}, "Near must be finite and at least 0.5, not inf."),
+        ({"far": nan}, "Far must lie between 1 and 1048576, not nan."),
+        ({"end": -1.0}, "End must be at least 0, not -1.0."),
+        ({"far": "2"}, "far is '2', not a number."),
+    ],
+)
+def test_a_refusal_names_the_setting_its_range_and_the_value(values, line):
+    with pytest.raises(SettingsError) as refused:
+        Measured(**values)
+    assert str(refused.value) == line
+
+
+def test_a_field_as_in_another_record_has_its_default_and_its_domain():
+    assert (Other().far, Other().shorter) == (2.0, 1.5)
+    for name in ("far", "shorter"):
+        with pytest.raises(SettingsError, match="Far must lie between 1 and 1048576, not 0"):
+            Other(**{name: 0.0})
