@@ -98,7 +98,7 @@ def truth(renderer: Renderer, name: str, path: Orbit) -> Film:
 def whole(scene: Scene, life: LifeSettings | None = None, casters: str = "geometry") -> ImpostorChoice:
     """All of a model as one impostor, however cheap its geometry is; two texels a pixel, as a pixel has 2 × 2 samples."""
     group = ImpostorGroup("model", tuple(range(len(scene.object_names))))
-    choice = ImpostorChoice((group,), life=life or LifeSettings(), never_dearer=False, casters=casters)
+    choice = ImpostorChoice((group,), life=life or LifeSettings(), break_even=False, casters=casters)
     return replace(choice, capture=replace(choice.capture, texels_per_pixel=1.0))
 
 

@@ -70,6 +70,11 @@ def domain_of(kind: type, name: str) -> Interval | OneOf | None:
     return kind.__dataclass_fields__[name].metadata.get(DOMAIN)
 
 
+def shared_values(source: object, kind: type) -> dict[str, object]:
+    """What `source`, a dataclass, holds in the fields that the dataclass `kind` has too."""
+    return {one.name: getattr(source, one.name) for one in fields(source) if one.name in kind.__dataclass_fields__}
+
+
 def require(condition: bool, message: str) -> None:
     """Raise `SettingsError(message)` unless the condition holds; write it so that NaN fails."""
     if not condition:

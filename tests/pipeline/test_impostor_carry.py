@@ -19,7 +19,7 @@ from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 
 SCENE = scenes.scene_of(*PARTS)
-ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), never_dearer=False)
+ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), break_even=False)
 CHEAP = Settings().replaced(fit={"kind": "scene", "size": 64}, partition={"kind": "none"})
 NEARER = [orbit(0.3, distance) for distance in 16.0 * 0.94 ** np.arange(24.0)]
 ONE_TEXEL = replace(ALL, capture=replace(ALL.capture, texels_per_pixel=1.0))
@@ -85,17 +85,17 @@ def test_an_object_seen_from_all_round_is_gathered_anew_each_time(approach):
     assert all(r.edges.gathered is None for r in reports)
 
 
-@pytest.mark.parametrize("changed", ["edges", "with_back"])
+@pytest.mark.parametrize("changed", ["edges", "back_layer"])
 def test_what_was_gathered_otherwise_is_not_carried_over(approach, renderer, changed):
     """The choice changes between two frames; the captures after it are made as it says."""
-    other = replace(ALL, with_back=False) if changed == "with_back" else replace(ALL, edges=replace(ALL.edges, bins=4))
+    other = replace(ALL, back_layer=False) if changed == "back_layer" else replace(ALL, edges=replace(ALL.edges, bins=4))
     approach(NEARER[:1])
     for camera in NEARER[1:]:
         frame = run(Job(SCENE, camera, scenes.sun(50.0), CHEAP, SIZE, ("combined",), measure=False, impostors=other), on=renderer).frame
         if frame.impostors[0].stage == "regenerated":
             break
     assert frame.impostors[0].edges.gathered is None
-    assert (frame.impostors[0].edges.choice, frame.impostors[0].edges.has_back) == (other.edges, other.with_back)
+    assert (frame.impostors[0].edges.choice, frame.impostors[0].edges.has_back) == (other.edges, other.back_layer)
 
 
 def test_a_capture_with_known_edges_has_the_texels_of_any_other_and_about_its_predictions(renderer):

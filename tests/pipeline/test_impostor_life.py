@@ -24,7 +24,7 @@ from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 SUN = scenes.sun(50.0)
 FLOOR = scenes.floor(3.0)
 SCENE = scenes.scene_of(*PARTS, FLOOR)
-ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), never_dearer=False)
+ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), break_even=False)
 CHEAP = Settings().replaced(fit={"kind": "scene", "size": 256}, partition={"kind": "none"})
 
 
@@ -163,7 +163,7 @@ def test_without_room_for_a_capture_or_from_among_the_objects_the_geometry_is_dr
 
 
 def test_cheap_geometry_is_never_replaced(film):
-    thrifty = replace(ALL, never_dearer=True, triangle_ns=60.0, pixel_ns=150.0)
+    thrifty = replace(ALL, break_even=True, triangle_ns=60.0, pixel_ns=150.0)
     assert film(orbit(0.3), thrifty).impostors[0].reason == "the geometry is cheaper"
     assert film(orbit(0.3), replace(thrifty, triangle_ns=1e6)).impostors[0].stage == "regenerated"
 
@@ -171,12 +171,12 @@ def test_cheap_geometry_is_never_replaced(film):
 @pytest.mark.parametrize(("pixel_ns", "stage"), [(1e9, "geometry"), (1e-6, "regenerated")])
 def test_what_the_triangles_cost_is_measured_when_nobody_says_it(film, pixel_ns, stage):
     """Whatever was measured, it lies between a second and a femtosecond a pixel."""
-    report = film(orbit(0.3), replace(ALL, never_dearer=True, pixel_ns=pixel_ns)).impostors[0]
+    report = film(orbit(0.3), replace(ALL, break_even=True, pixel_ns=pixel_ns)).impostors[0]
     assert report.stage == stage
 
 
 def test_what_an_impostors_pixel_costs_is_measured_at_its_capture(film, renderer):
-    film(orbit(0.3), replace(ALL, never_dearer=True, triangle_ns=1e9))
+    film(orbit(0.3), replace(ALL, break_even=True, triangle_ns=1e9))
     cost = renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).pixel_ns)
     assert 0.0 < cost < 1e9
     assert cost != START_PIXEL_NS
@@ -185,7 +185,7 @@ def test_what_an_impostors_pixel_costs_is_measured_at_its_capture(film, renderer
 def test_an_object_thinner_than_its_texels_is_geometry_until_it_is_seen_larger(film):
     """A fence of rods less than a pixel wide from afar."""
     rods = [scenes.rod((x, 0.0, 0.0), (x, 0.0, 1.0), 0.03) for x in np.linspace(-0.5, 0.5, 6)]
-    fence = ImpostorChoice((ImpostorGroup("fence", tuple(range(6))),), never_dearer=False)
+    fence = ImpostorChoice((ImpostorGroup("fence", tuple(range(6))),), break_even=False)
     scene = scenes.scene_of(*rods)
     stages = [film(orbit(0.02 * i, distance=12.0), fence, scene).impostors[0] for i in range(4)]
     assert [r.stage for r in stages] == ["geometry"] * 4
@@ -223,7 +223,7 @@ def test_impostors_nobody_asks_for_any_more_give_their_memory_back(film, rendere
 
 @pytest.mark.parametrize("method", ["inverse", "forward"])
 def test_both_warps_can_be_chosen(film, method):
-    choice = replace(ALL, method=method)
+    choice = replace(ALL, warp=method)
     film(orbit(0.3), choice)
     frame, truth = film(orbit(0.4), choice), film(orbit(0.4), choice=None)
     assert frame.impostors[0].stage == "warp"

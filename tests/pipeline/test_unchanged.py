@@ -42,7 +42,7 @@ def job_of(chosen):
     groups = {name: chosen[name] for name in ("warp", "partition", "fit", "test", "shading")}
     shown = np.arange(len(scene.instances)) < 1 if chosen["shown"] else None
     last = ImpostorGroup("last", (len(scene.object_names) - 1,))
-    impostors = ImpostorChoice((last,), never_dearer=False) if chosen["impostors"] else None
+    impostors = ImpostorChoice((last,), break_even=False) if chosen["impostors"] else None
     return Job(
         scene,
         chosen["camera"],

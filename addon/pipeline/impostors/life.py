@@ -72,7 +72,7 @@ class ImpostorLibrary:
         parts = self._found(scene, choice.groups)
         states = [self._state(part, draw_list) for part in parts]
         view = _view(camera, size, choice, samples)
-        if choice.never_dearer and choice.triangle_ns is None:
+        if choice.break_even and choice.triangle_ns is None:
             self._measure_geometry(parts, draw_list, view)
         for key, views in self._views.items():
             self._textures[key] = views.by_nearness(camera)[0]
@@ -200,8 +200,8 @@ class ImpostorLibrary:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=TOO_FINE), seen
         self._keep(key, fresh, view, choice, number)
-        if choice.never_dearer and choice.pixel_ns is None:
-            self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.method)
+        if choice.break_even and choice.pixel_ns is None:
+            self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.warp)
         return action if fresh.edges.gathered is None else replace(action, reason=f"{action.reason}; {CARRIED}"), shown
 
     def _captured(
@@ -212,7 +212,7 @@ class ImpostorLibrary:
         def taken(frame: CaptureFrame) -> tuple[ImpostorTextures, Seen]:
             self._captures[key] += 1
             known = _known(worn, frame, choice) if renews else None
-            fresh = capture(self._device, draw_list, part.rows, frame, with_back=choice.with_back, choice=choice.edges, known=known)
+            fresh = capture(self._device, draw_list, part.rows, frame, with_back=choice.back_layer, choice=choice.edges, known=known)
             return fresh, self._look.look_at(part, fresh, view)
 
         key, worn = part.group.key, self._textures.get(part.group.key)
@@ -250,7 +250,7 @@ class ImpostorLibrary:
         near = [t for t in self._views[key].by_nearness(camera)[1 : choice.views] if tilt_rad(t.frame, camera) <= choice.life.max_tilt_rad]
         others = () if at_rest else tuple(near)
         return DrawnImpostor(
-            textures, part.hull_ws, at_rest or action.stage == "sprite", choice.method, action.fade, old, others, choice.fill
+            textures, part.hull_ws, at_rest or action.stage == "sprite", choice.warp, action.fade, old, others, choice.fill
         )
 
     def _report(self, part: Part, seen: Seen, shown: Seen, action: Action, choice: ImpostorChoice) -> ImpostorReport:
@@ -285,13 +285,13 @@ def library_of(device: Device, fresh: bool = False) -> ImpostorLibrary:
 def _view(camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples: int) -> View:
     """For whom the impostors are looked at; captures are laid so that the picture's samples fall on theirs."""
     laid = replace(choice.capture, picture_samples=round(samples**0.5))
-    return View(camera, size, laid, choice.life, choice.exact, choice.never_dearer, choice.triangle_ns, choice.pixel_ns)
+    return View(camera, size, laid, choice.life, choice.exact, choice.break_even, choice.triangle_ns, choice.pixel_ns)
 
 
 def _known(worn: ImpostorTextures, frame: CaptureFrame, choice: ImpostorChoice) -> ReliefEdges | None:
     """What the predictors keep of the last capture, where it may serve a new one on `frame`."""
     edges = worn.edges
-    alike = edges.choice == choice.edges and edges.has_back == choice.with_back
+    alike = edges.choice == choice.edges and edges.has_back == choice.back_layer
     return edges if alike and carries(edges, frame) else None
 
 

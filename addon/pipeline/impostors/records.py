@@ -30,11 +30,11 @@ class ImpostorGroup:
 
 @dataclass(frozen=True)
 class ImpostorChoice:
-    """The impostors wanted in a picture, and how they live.
+    """The impostors wanted in a picture, and how they live: fields that `ImpostorSettings` has too mean the same.
 
-    `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `method`
+    `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `warp`
     'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
-    for the break-even (None: measured); `never_dearer` False draws impostors however cheap the geometry is. `exact` also computes
+    for the break-even (None: measured); `break_even` False draws impostors however cheap the geometry is. `exact` also computes
     the sums over all edges.
     `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
     object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
@@ -46,13 +46,13 @@ class ImpostorChoice:
     life: LifeSettings = field(default_factory=LifeSettings)
     capture: CaptureChoice = field(default_factory=lambda: CaptureChoice(texels_per_pixel=ImpostorSettings().texels_per_pixel))
     edges: EdgeChoice = field(default_factory=EdgeChoice)
-    with_back: bool = True
+    back_layer: bool = same_as(ImpostorSettings, "back_layer")
     mode: str = one_of("automatic", "Impostor mode", MODES)
-    method: str = same_as(ImpostorSettings, "warp")
+    warp: str = same_as(ImpostorSettings, "warp")
     regenerate: frozenset[Hashable] = frozenset()
     triangle_ns: float | None = within(None, "The cost of a triangle (ns)", 1e-9)
     pixel_ns: float | None = within(None, "The cost of a pixel (ns)", 1e-9)
-    never_dearer: bool = True
+    break_even: bool = same_as(ImpostorSettings, "break_even")
     exact: bool = False
     fresh: bool = False
     views: int = same_as(ImpostorSettings, "views")

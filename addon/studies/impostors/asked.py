@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ...maths.domains import shared_values
 from ...scene.records import Mark, Scene
 from ..run import queue_task
 
@@ -83,37 +84,15 @@ def choice_for(
     from ...maths.relief.life import ALL_AT_ONCE, LifeSettings
     from ...pipeline.impostors.records import ImpostorChoice
 
-    fresh = fresh and settings.use == "automatic"
-    life = LifeSettings(
-        predictor=settings.predictor,
-        limit=settings.limit,
-        max_tilt_deg=settings.max_tilt_deg,
-        regenerations=ALL_AT_ONCE if fresh else settings.regenerations,
-        memory_bytes=settings.memory_mib << 20,
-        fade_frames=settings.fade_frames,
-        sprite_px=settings.sprite_px,
-        ahead=settings.ahead,
-        **({"waiting": AS_LONG_AS_THE_USER_WANTS} if settings.use == "manual" else {}),
-    )
-    capture = CaptureChoice(settings.projection == "perspective", settings.texels_per_pixel, settings.max_texels)
-    return ImpostorChoice(
-        groups,
-        life,
-        capture,
-        with_back=settings.back_layer,
-        mode="manual" if settings.use == "manual" else "automatic",
-        method=settings.warp,
-        regenerate=regenerate,
-        never_dearer=settings.break_even and settings.use == "automatic",
-        exact=exact,
-        fresh=fresh,
-        triangle_ns=TRIANGLE_NS if fresh else None,
-        pixel_ns=PIXEL_NS if fresh else None,
-        views=settings.views,
-        directions=settings.directions,
-        fill=settings.fill,
-        casters=settings.casters,
-    )
+    is_manual, fresh = settings.use == "manual", fresh and settings.use == "automatic"
+    life = shared_values(settings, LifeSettings) | {"memory_bytes": settings.memory_mib << 20}
+    life |= {"regenerations": ALL_AT_ONCE} if fresh else {}
+    life |= {"waiting": AS_LONG_AS_THE_USER_WANTS} if is_manual else {}
+    asked = shared_values(settings, ImpostorChoice) | {"exact": exact, "fresh": fresh, "regenerate": regenerate}
+    asked |= {"mode": "manual" if is_manual else "automatic", "break_even": settings.break_even and settings.use == "automatic"}
+    asked |= {"triangle_ns": TRIANGLE_NS, "pixel_ns": PIXEL_NS} if fresh else {}
+    capture = CaptureChoice(settings.projection == "perspective", **shared_values(settings, CaptureChoice))
+    return ImpostorChoice(groups, LifeSettings(**life), capture, **asked)
 
 
 def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> list[BakedImpostor | SceneError | GpuError]:
