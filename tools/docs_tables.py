@@ -35,7 +35,11 @@ Inside Blender: `blender --command cad_shadow COMMAND …` (Blender 4.2.13 and n
 `./dev preview …`, `./dev analyse …` and so on, or `python -m addon COMMAND …` with any Python that has the `bpy` module.
 
 Exit code 0: all done. 1: some input failed; the others are done, and the report says which failed and why. 2: the command line was not
-understood. Reports and pictures appear whole or not at all.
+understood, whatever is drawn: a value out of its range, arguments that contradict each other, a `--report` that would take the place of an
+input or of another result. Reports and pictures appear whole or not at all, and never in the place of an input.
+
+Ctrl-C and SIGTERM stop a run: the picture at hand is given up, what is done stays, `--report` names what is not, the exit code is 1, and
+`--resume` goes on from there.
 
 What is not given on the command line comes from the settings file (`--settings`), else from the scene, else from the default.
 """

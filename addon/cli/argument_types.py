@@ -11,6 +11,7 @@ from ..errors import UserError
 from ..pipeline.job import MAX_PIXELS
 from ..settings.option import Option
 
+TINY = 5e-324
 LEAST_PIXELS = 4
 """Blender renders no picture that is smaller on a side."""
 
@@ -67,15 +68,23 @@ def between(low: float, high: float, is_whole: bool = False) -> Callable[[str], 
     def number(text: str) -> float:
         value = int(text) if is_whole else float(text)
         if not (low <= value <= high and isfinite(value)):
-            raise argparse.ArgumentTypeError(f"{text} does not lie between {low:g} and {high:g}")
+            raise argparse.ArgumentTypeError(f"{text} {_wanted(low, high)}")
         return value
 
     number.__name__ = "whole number" if is_whole else "number"
     return number
 
 
+def _wanted(low: float, high: float) -> str:
+    if low == TINY:
+        return "is not a number above 0"
+    if high < inf:
+        return f"does not lie between {low:g} and {high:g}"
+    return f"is not a number from {low:g} on" if low > -inf else "is not a finite number"
+
+
 finite = between(-inf, inf)
-positive_number = between(5e-324, inf)
+positive_number = between(TINY, inf)
 
 
 def checked_by(check: Callable[[str], object], name: str) -> Callable[[str], str]:

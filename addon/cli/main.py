@@ -21,7 +21,7 @@ from ..studies.terminal import Closed, complain, flushed, make_ready, told
 from .commands.theory import theory_command
 from .exit_codes import DONE, FAILED, MISUSED
 from .inputs import Attached, claim_results, report_mistake, run_inputs, run_worker
-from .parser import build_parser, joined
+from .parser import build_parser, joined, view_mistake
 from .parser_impostors import path_mistake
 from .settings_file import read_settings
 
@@ -75,7 +75,7 @@ def _mistake(args: argparse.Namespace) -> str | None:
         return "no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000"
     if args.command == "impostor-path" and (mistake := path_mistake(args)):
         return mistake
-    return report_mistake(args)
+    return view_mistake(args) or report_mistake(args)
 
 
 def finish(args: argparse.Namespace, reports: list[dict[str, object]], out: TextIO) -> int:

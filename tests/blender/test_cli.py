@@ -213,7 +213,15 @@ MISUSES = (
     (), ("nonsense",), ("preview",), (*ONE, "--warp", "wavy"), (*ONE, "--size", "0x4"), (*ONE, "--pcf", "7"), (*ONE, "--passes", "beauty"),
     (*ONE, "--partitions", "9"), (*ONE, "--fov-y", "180"), (*ONE, "--eye", "1,2"), (*ONE, "--settings", "nowhere.toml"),
     (*ONE, "--camera", "A", "--view", "iso"), ("theory", "--near", "1"), ("theory", "--near", "2", "--far", "1"),
-    ("theory", "--near", "nan", "--far", "1"), (*ONE, "--light-direction", "0,0,0"),
+    ("theory", "--near", "nan", "--far", "1"), ("theory", "--near", "1", "--far", "9", "--points", "100000000"),
+    (*ONE, "--near", "5", "--far", "1"), (*ONE, "--near", "nan"), (*ONE, "--far", "inf"), (*ONE, "--light-direction", "0,0,0"),
+    (*ONE, "--eye", "1,1,1", "--target", "1,1,1"), (*ONE, "--target", "1,1,1"), (*ONE, "--up", "0,0,0"), (*ONE, "--size", "1x1"),
+    (*ONE, "--size", "16385x9"), (*ONE, "--alpha", "-1"), (*ONE, "--margin", "1e308"), (*ONE, "--background", "nan,0,0,1"),
+    (*ONE, "--clay", "1,0"), (*ONE, "--warp-parameter", "inf"), (*ONE, "--bias", "1e308"), (*ONE, "--units", "parsec"),
+    (*ONE, "--up-axis", "Q"), (*ONE, "--eta", "0", "--warp-parameter", "1"), ("preview", "--deck", "0"), (*ONE, "--jobs", "0"),
+    ("bench", "--frames", "0"), ("advise", "x.obj", "--texels", "-5"), ("advise", "x.obj", "--error", "nan"),
+    ("impostor-path", "x.obj", "--orbit", "nan"),
+    ("sun-study", "x.obj", "--latitude", "95", "--longitude", "0", "--date", "2026-01-01"),
 )  # fmt: skip
 
 
@@ -223,9 +231,32 @@ def test_bad_usage_exits_2(main, arguments, capfd):
     assert capfd.readouterr().err
 
 
+SETTINGS_FILES = (
+    "[fit]\nsize = 64.5", "[fit]\nsize = true", "[test]\npcf = 4.0", "[shading]\nbackground = 'red'", "[shading]\nclay = ['a','b','c']",
+    "[shading]\nbackground = [nan,0,0,1]", "[warp]\nkind = 3", "[partition]\nalpha = 3.0", "[partition]\nalpha = ['x']", "[nope]\na = 1",
+    "nope = 1", "map_size = 1e400", "map_size = inf", "map_size = '64'", "alpha = 'x'", "warp = 3", "samples = [4]", "= 1",
+    "[fit]\nnope = 1",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("content", SETTINGS_FILES)
+def test_a_settings_file_of_wrong_types_exits_2_with_a_line(main, tmp_path, content, capfd):
+    settings = tmp_path / "s.toml"
+    settings.write_text(content + "\n")
+    assert main(["theory", "--near", "1", "--far", "9", "--settings", str(settings)]) == 2
+    (line,) = capfd.readouterr().err.strip().splitlines()
+    assert line.startswith("cad_shadow: ")
+
+
+def test_an_infinite_warp_parameter_of_a_settings_file_is_null_in_the_report(main, cube_blend, tmp_path):
+    settings = tmp_path / "s.toml"
+    settings.write_text("[warp]\nparameter = inf\n")
+    assert main(["analyse", str(cube_blend), "-o", str(tmp_path), "--quiet", "--settings", str(settings), *SMALL]) == 0
+    assert report_in(tmp_path, "cube")["settings"]["warp"]["parameter"] is None
+
+
 BAD_VALUES = (
-    (("--near", "5", "--far", "1"), "near"), (("--map-size", "1000000"), "map"), (("--camera", "Nobody"), "Nobody"),
-    (("--light", "Nobody"), "Nobody"), (("--eye", "1,1,1", "--target", "1,1,1"), "eye"),
+    (("--near", "5000"), "near"), (("--map-size", "1000000"), "map"), (("--camera", "Nobody"), "Nobody"), (("--light", "Nobody"), "Nobody"),
 )  # fmt: skip
 
 
