@@ -21,6 +21,7 @@ from ..studies.run import Outcome
 from .render_wish import ENGINE, NO_CAMERA, RenderWish, active, isometric
 
 NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"
+NO_FILES = "The compositor's File Output nodes write nothing here: {}. Only F12 and animations run them."
 LONGEST_PATH = 1000
 """Bytes of a path that Blender takes whole (it cuts at 1024)."""
 
@@ -49,6 +50,9 @@ def _through_the_engine(scene: bpy.types.Scene, wish: RenderWish, write_to: Path
     """Have Blender call the engine with `wish` active."""
     if scene.camera is None and wish.camera is None:
         wish.camera, wish.warnings = isometric, (*wish.warnings, NO_CAMERA)
+    nodes = file_output_nodes(scene)
+    if nodes and scene.render.use_compositing:
+        wish.warnings = (*wish.warnings, NO_FILES.format(", ".join(shown_name(node.name) for node in nodes)))
     with _borrowed(scene, wish.size, write_to), active(wish):
         try:
             with stopping.held():
@@ -85,6 +89,7 @@ KEPT = (
     "engine",
     "filepath",
     "use_sequencer",
+    "use_multiview",
     "use_file_extension",
     "use_overwrite",
     "use_placeholder",
@@ -100,8 +105,8 @@ def _borrowed(scene: bpy.types.Scene, size: tuple[int, int] | None, write_to: Pa
     """The scene with our engine, the size asked for and a camera for Blender to accept; all put back at the end."""
     render = scene.render
     stand_in = None
-    with restored(render, KEPT), file_format(scene, write_to):
-        render.engine, render.use_sequencer = ENGINE, False
+    with restored(render, KEPT), file_format(scene, write_to), _muted(file_output_nodes(scene)):
+        render.engine, render.use_sequencer, render.use_multiview = ENGINE, False, False
         if size is not None:
             render.resolution_x, render.resolution_y, render.resolution_percentage = *size, 100
         if scene.camera is None:
@@ -116,6 +121,32 @@ def _borrowed(scene: bpy.types.Scene, size: tuple[int, int] | None, write_to: Pa
             if stand_in is not None:
                 scene.camera = None
                 bpy.data.cameras.remove(stand_in.data)
+
+
+def file_output_nodes(scene: bpy.types.Scene) -> list[bpy.types.Node]:
+    """The compositor's nodes that write files of their own wherever the .blend says, those inside groups too, unless muted already."""
+    tree = getattr(scene, "compositing_node_group", None) or getattr(scene, "node_tree", None)
+    trees, found = [tree] if tree is not None else [], []
+    for tree in trees:  # grows as groups are met
+        for node in tree.nodes:
+            inside = getattr(node, "node_tree", None)
+            if node.type == "OUTPUT_FILE" and not node.mute:
+                found.append(node)
+            elif inside is not None and inside not in trees:
+                trees.append(inside)
+    return found
+
+
+@contextmanager
+def _muted(nodes: list[bpy.types.Node]) -> Iterator[None]:
+    """These nodes do nothing while this lasts."""
+    for node in nodes:
+        node.mute = True
+    try:
+        yield
+    finally:
+        for node in nodes:
+            node.mute = False
 
 
 @contextmanager

@@ -190,6 +190,58 @@ def test_a_folder_beyond_what_blender_can_name_is_one_line(main, box, tmp_path, 
     assert "longer than Blender can write to" in capfd.readouterr().err
 
 
+def compositor(bpy, scene):
+    """The scene's node tree of the compositor, empty."""
+    if hasattr(scene, "compositing_node_group"):
+        scene.compositing_node_group = bpy.data.node_groups.new("compositor", "CompositorNodeTree")
+        return scene.compositing_node_group
+    scene.use_nodes = True
+    scene.node_tree.nodes.clear()
+    return scene.node_tree
+
+
+def output_node(tree, folder, image):
+    """A File Output node that writes what comes out of a socket to a folder."""
+    node = tree.nodes.new("CompositorNodeOutputFile")
+    if hasattr(node, "directory"):
+        node.directory, node.file_name = str(folder), "stolen"
+        node.file_output_items.new("RGBA", "Image")
+    else:
+        node.base_path = str(folder)
+    tree.links.new(image, node.inputs[0])
+
+
+@pytest.mark.parametrize("is_in_a_group", [False, True])
+def test_file_outputs_of_a_blend_write_nowhere_and_are_said(main, cube_scene, blend, tmp_path, is_in_a_group):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    tree = compositor(blend, cube_scene)
+    rendered = tree.nodes.new("CompositorNodeRLayers").outputs[0]
+    if is_in_a_group:
+        inner = blend.data.node_groups.new("inner", "CompositorNodeTree")
+        inner.interface.new_socket("Image", in_out="INPUT", socket_type="NodeSocketColor")
+        output_node(inner, elsewhere, inner.nodes.new("NodeGroupInput").outputs[0])
+        group = tree.nodes.new("CompositorNodeGroup")
+        group.node_tree = inner
+        tree.links.new(rendered, group.inputs[0])
+    else:
+        output_node(tree, elsewhere, rendered)
+    blend.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert main(["preview", str(tmp_path / "a.blend"), "-o", str(tmp_path / "out"), *SMALL]) == 0
+    assert below(elsewhere) == []
+    warnings = json.loads((tmp_path / "out" / "a_report.json").read_text())["warnings"]
+    assert any("File Output" in line for line in warnings)
+    assert not any(one.mute for group in blend.data.node_groups for one in group.nodes)
+
+
+def test_a_stereo_scene_gives_one_whole_picture(main, cube_scene, blend, tmp_path):
+    cube_scene.render.use_multiview = True
+    blend.ops.wm.save_as_mainfile(filepath=str(tmp_path / "a.blend"))
+    assert main(["preview", str(tmp_path / "a.blend"), "-o", str(tmp_path / "out"), *SMALL]) == 0
+    assert below(tmp_path / "out") == ["a_combined.png", "a_report.json"]
+    assert (tmp_path / "out" / "a_combined.png").stat().st_size > 100
+
+
 # ---- inputs
 
 
