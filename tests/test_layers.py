@@ -51,8 +51,8 @@ FLOORS = {
     "addon/scene/cad": "ears < colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/settings": "groups < option words < impostor_options < options < combinations < __init__",
-    "addon/studies": "legends map_outlines report scratch stopping terminal < run < advice error_graph light_view outputs sun truth <"
-    " impostors < __init__",
+    "addon/studies": "legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view outputs sun truth"
+    " < impostors < __init__",
     "addon/studies/advice": "candidates goal shots < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
     "addon/studies/sun": "moments < pictures < __init__",

@@ -71,7 +71,7 @@ def _space_of_view(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
 
 
 class ViewReading:
-    """What the user looks at, being read: Blender's part in slices (`collect`), the rest on the worker. `scene`, `job` wait for both.
+    """What the user looks at, being read (a `Pending`): Blender's part in slices, the rest on the worker. `scene`, `job` wait for both.
 
     `space_of` gives the 3D viewport whose visibility counts, None for the whole scene; by default that of the view.
     """
@@ -102,9 +102,18 @@ class ViewReading:
         self._seconds += time.perf_counter() - begin
         return scene
 
+    @property
+    def progress(self) -> tuple[float, str]:
+        """How far it is: nobody knows how much there is to read."""
+        return 0.0, "reading the scene"
+
     def done(self) -> bool:
-        """True when `scene` and `job` will not wait."""
-        return self._future is not None and self._future.done()
+        """True when `scene` and `job` will not wait. Goes on with Blender's part, a slice at a time; on the main thread."""
+        return self.collect(bpy.context, SLICE_S) and self._future.done()
+
+    def result(self, _timeout_s: float | None = None) -> ViewReading:
+        """Itself: its `scene` and `job` wait for what is left to read."""
+        return self
 
     def cancel(self) -> None:
         """Give it up where it has not begun."""

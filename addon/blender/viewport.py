@@ -23,7 +23,8 @@ from ..errors import Cancelled, UserError
 from ..maths.shadow.projection import ShadowPlan
 from ..pipeline.frame import Frame
 from ..pipeline.job import Job
-from ..studies.run import Pending, libraries_ready
+from ..studies.pending import Pending
+from ..studies.run import Outcome, libraries_ready, submit
 from . import session
 from .live_scene import LiveScene
 from .render_wish import ENGINE
@@ -61,7 +62,7 @@ class LiveView:
     def __init__(self) -> None:
         self.message = ""
         self._scene = LiveScene()
-        self._pending: tuple[Wish, Pending] | None = None
+        self._pending: tuple[Wish, Pending[Outcome]] | None = None
         self._shown: Wish | None = None
         self._image: np.ndarray | None = None
         self._texture: object | None = None
@@ -137,7 +138,7 @@ class LiveView:
         wish = Wish(key, COARSE if now - self._moved_at < STILL_S else 1)
         if self._shown is not None and self._shown.key == key and self._shown.coarseness <= wish.coarseness and not self._wants_more:
             return
-        self._pending = (wish, Pending(coarser(job, wish.coarseness)))
+        self._pending = (wish, submit(coarser(job, wish.coarseness)))
 
     def collect(self) -> bool:
         """Take over the picture in the making if it is done; True when there is a new one to show."""

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from math import inf
 
 import bpy
 
@@ -15,8 +13,8 @@ from ..blender.snapshot import camera_from_object
 from ..errors import Cancelled, UserError
 from ..studies.advice import Advice, Goal, Shot, advice_report, advise
 from ..studies.advice.goal import MOST_FRAMES, picked_frames
-from ..studies.run import Cancels, Progress
-from .background import JobOperator, OnThread, PendingView
+from ..studies.pending import Cancels, Chained, Pending, Progress
+from .background import JobOperator, OnThread, view_read
 
 MEBI = 2**20
 GOALS = (
@@ -37,60 +35,51 @@ def searched(shots: list[Shot], goal: Goal, seconds: float, say: Progress, is_gi
     raise Cancelled("Cancelled.")
 
 
-class PendingFrames:
-    """Frames of the animation being read one after another, then the search; asked as `Pending` is. The scene's frame is put back."""
+class AnimationReading:
+    """Frames of the animation being read one after another (a `Pending` of their shots). The scene's frame is put back."""
 
-    def __init__(self, context: bpy.types.Context, ask: Callable[[list[Shot]], OnThread]) -> None:
-        self._ask, self._scene = ask, context.scene
+    def __init__(self, context: bpy.types.Context) -> None:
+        self._scene = context.scene
         self._kept = self._scene.frame_current
         self._left = list(picked_frames(self._scene.frame_start, self._scene.frame_end))
         self._shots: list[Shot] = []
-        self._pending: OnThread | None = None
-        self._error: UserError | None = None
         self._reading: sources.ViewReading | None = None
 
     @property
     def progress(self) -> tuple[float, str]:
-        """How far it is, 0…1, and the stage it is in."""
-        return self._pending.progress if self._pending else (0.0, f"reading frame {self._scene.frame_current}")
+        """How far it is, 0…1, and the frame it is at."""
+        return 0.0, f"reading frame {self._scene.frame_current}"
 
     def done(self) -> bool:
         """True when `result` will not wait. Goes on reading, a slice at a time."""
-        if self._pending is None and self._error is None:
-            self._read(sources.SLICE_S)
-        return self._error is not None or (self._pending is not None and self._pending.done())
+        if self._left:
+            self._read(waits=False)
+        return not self._left
 
     def cancel(self) -> None:
         """Give it up."""
-        if self._pending is not None:
-            self._pending.cancel()
-        else:
-            self._scene.frame_set(self._kept)
+        self._scene.frame_set(self._kept)
 
-    def result(self) -> Advice:
-        """What was found; raises `UserError`."""
-        while self._pending is None and self._error is None:
-            self._read(inf)
-        if self._error is not None:
-            raise self._error
-        return self._pending.result()
+    def result(self, _timeout_s: float | None = None) -> list[Shot]:
+        """The frames; raises `UserError`."""
+        while self._left:
+            self._read(waits=True)
+        return self._shots
 
-    def _read(self, seconds: float) -> None:
-        """One step: turn to the next frame, or go on reading it; the search begins after the last one."""
-        context = bpy.context
+    def _read(self, waits: bool) -> None:
+        """One step: turn to the next frame, or go on reading it."""
         try:
             if self._reading is None:
                 self._scene.frame_set(self._left[0])
                 self._reading = sources.ViewReading()
-            if self._reading.collect(context, seconds) and (seconds == inf or self._reading.done()):
-                self._shots.append(Shot(camera_job(context, self._reading.job(context)), self._left.pop(0)))
+            if waits or self._reading.done():
+                self._shots.append(Shot(camera_job(bpy.context, self._reading.job(bpy.context)), self._left.pop(0)))
                 self._reading = None
-        except UserError as error:
-            self._error = error
-        if self._error is not None or not self._left:
+        except UserError:
             self._scene.frame_set(self._kept)
-        if self._error is None and not self._left:
-            self._pending = self._ask(self._shots)
+            raise
+        if not self._left:
+            self._scene.frame_set(self._kept)
 
 
 def camera_job(context: bpy.types.Context, job: sources.Job) -> sources.Job:
@@ -145,7 +134,7 @@ class CAD_SHADOW_OT_advise(JobOperator, bpy.types.Operator):
         is_window = context.window is not None and not bpy.app.background
         return super().invoke(context, None) if is_window else super().execute(context)
 
-    def start(self, context: bpy.types.Context) -> PendingView | PendingFrames:
+    def start(self, context: bpy.types.Context) -> Pending[Advice]:
         """Have the frames read, then the search begun."""
         goal = Goal(texels=round(self.texels * MEBI)) if self.goal == "TEXELS" else Goal(error=self.error)
         seconds = self.seconds
@@ -154,8 +143,8 @@ class CAD_SHADOW_OT_advise(JobOperator, bpy.types.Operator):
             return OnThread(partial(searched, shots, goal, seconds))
 
         if self.use_animation:
-            return PendingFrames(context, search)
-        return PendingView(context, lambda reading: search([Shot(reading.job(bpy.context))]))
+            return Chained(AnimationReading(context), search)
+        return view_read(context, lambda reading: search([Shot(reading.job(bpy.context))]))
 
     def take(self, _context: bpy.types.Context, advice: Advice) -> None:
         """The panel shows it."""

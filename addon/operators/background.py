@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial
 from threading import Thread
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 from weakref import WeakSet
 
 import bpy
@@ -15,7 +15,8 @@ import bpy
 from ..blender import image_editor, session, sources
 from ..blender.redraw import redraw
 from ..errors import Cancelled, UserError
-from ..studies.run import Cancels, Outcome, Pending, Progress
+from ..studies.pending import Cancels, Chained, Pending, PendingFuture, Progress
+from ..studies.run import Outcome, submit
 from .ticking import Ticking, takes_operators
 
 if TYPE_CHECKING:
@@ -47,113 +48,32 @@ class NeedsMeshes:
         return True
 
 
-class Asked(Protocol):
-    """Work under way on the worker, as `Pending` is; `result` is what `JobOperator.take` gets."""
-
-    @property
-    def progress(self) -> tuple[float, str]:
-        """How far it is, 0…1, and the stage it is in."""
-
-    def done(self) -> bool:
-        """True when `result` will not wait."""
-
-    def cancel(self) -> None:
-        """Give it up."""
-
-    def result(self) -> object:
-        """What came of it; raises `UserError`."""
-
-
-class PendingView:
-    """A picture of what the user looks at, from reading the scene on; it is asked as `Pending` is, on the main thread.
+def view_read(
+    context: bpy.types.Context,
+    ask: Callable[[sources.ViewReading], Pending] | None = None,
+    reading: sources.ViewReading | None = None,
+) -> Pending:
+    """A picture of what the user looks at, from reading the scene on, which takes slices of Blender's time; on the main thread.
 
     `ask(reading)` asks for something else than the picture, once the scene is read; it may raise `UserError`. `reading` reads something
-    else than the view. Each `done` takes at most a slice of Blender's time.
+    else than the view.
     """
-
-    def __init__(
-        self,
-        context: bpy.types.Context,
-        ask: Callable[[sources.ViewReading], Asked] | None = None,
-        reading: sources.ViewReading | None = None,
-    ) -> None:
-        self._ask_for = ask or (lambda reading: Pending(reading.job(bpy.context)))
-        self._reading = reading or sources.ViewReading()
-        self._reading.collect(context, sources.SLICE_S)
-        self._pending: Asked | None = None
-        self._error: UserError | None = None
-
-    @property
-    def progress(self) -> tuple[float, str]:
-        """How far it is, 0…1, and the stage it is in."""
-        return self._pending.progress if self._pending is not None else (0.0, "reading the scene")
-
-    def done(self) -> bool:
-        """True when `result` will not wait. Goes on reading; asks for the picture when the scene has been read."""
-        if self._pending is None and self._error is None and self._is_read():
-            self._ask()
-        return self._error is not None or (self._pending is not None and self._pending.done())
-
-    def cancel(self) -> None:
-        """Give it up."""
-        if self._pending is not None:
-            self._pending.cancel()
-        else:
-            self._reading.cancel()
-
-    def result(self) -> object:
-        """The outcome, or what was asked for instead; raises what reading and rendering raise."""
-        if self._pending is None and self._error is None:
-            self._ask()
-        if self._error is not None:
-            raise self._error
-        return self._pending.result()
-
-    def _is_read(self) -> bool:
-        try:
-            return self._reading.collect(bpy.context, sources.SLICE_S) and self._reading.done()
-        except UserError as error:
-            self._error = error
-            return False
-
-    def _ask(self) -> None:
-        try:
-            self._pending = self._ask_for(self._reading)
-        except UserError as error:
-            self._error = error
+    reading = reading or sources.ViewReading()
+    reading.collect(context, sources.SLICE_S)
+    return Chained(reading, ask or (lambda reading: submit(reading.job(bpy.context))))
 
 
-class Ready:
-    """What is there at once, asked as `Pending` is."""
-
-    progress = (1.0, "")
-
-    def __init__(self, result: object) -> None:
-        self._result = result
-
-    def done(self) -> bool:
-        """Always."""
-        return True
-
-    def cancel(self) -> None:
-        """Nothing to give up."""
-
-    def result(self) -> object:
-        """What it was made with."""
-        return self._result
-
-
-class OnThread:
-    """Work on a thread of its own, asked as `Pending` is: `work(say, is_given_up)` may tell `say(fraction, stage)` how far it is and asks
-    `is_given_up()` now and then. It must not touch Blender.
+class OnThread(PendingFuture):
+    """Work on a thread of its own: `work(say, is_given_up)` may tell `say(fraction, stage)` how far it is and asks `is_given_up()` now
+    and then. It must not touch Blender.
 
     The thread is a daemon: Python does not wait for it at its end, as it does for those of an executor.
     """
 
     def __init__(self, work: Callable[[Progress, Cancels], object]) -> None:
-        self.progress = (0.0, "")
-        self._is_given_up = False
-        self._future: Future[object] = Future()
+        self._said, self._is_given_up = (0.0, ""), False
+        super().__init__(Future(), lambda: self._said, self._note_given_up)
+        self._future.set_running_or_notify_cancel()  # the thread begins at once: nothing is left to cancel
         self.thread = Thread(target=self._run, args=(work,), name=WORK_THREAD, daemon=True)
         _at_work.add(self)
         self.thread.start()
@@ -165,24 +85,15 @@ class OnThread:
             self._future.set_exception(error)
 
     def _say(self, fraction: float, stage: str) -> None:
-        self.progress = (fraction, stage)
+        self._said = (fraction, stage)
 
-    def done(self) -> bool:
-        """True when `result` will not wait."""
-        return self._future.done()
-
-    def cancel(self) -> None:
-        """Give it up where the work next asks."""
+    def _note_given_up(self) -> None:
         self._is_given_up = True
 
-    def result(self) -> object:
-        """What came of it; raises what it raised."""
-        return self._future.result()
 
-
-def on_thread(context: bpy.types.Context, work: Callable[..., object], *more: object) -> PendingView:
+def on_thread(context: bpy.types.Context, work: Callable[..., object], *more: object) -> Pending:
     """Have the view read, then `work(job, *more, say, is_given_up)` done on a thread of its own."""
-    return PendingView(context, lambda reading: OnThread(partial(work, reading.job(bpy.context), *more)))
+    return view_read(context, lambda reading: OnThread(partial(work, reading.job(bpy.context), *more)))
 
 
 class JobOperator(Ticking, NeedsMeshes):
@@ -191,9 +102,9 @@ class JobOperator(Ticking, NeedsMeshes):
     Whoever asks for something else than one picture has a `start` and a `take` of their own.
     """
 
-    def start(self, context: bpy.types.Context) -> PendingView:
+    def start(self, context: bpy.types.Context) -> Pending:
         """Ask the worker; raises `UserError`."""
-        return PendingView(context)
+        return view_read(context)
 
     def take(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Use what `start` asked for."""
@@ -249,7 +160,7 @@ class PictureOperator(JobOperator):
     shown under the operator's `title`. The outcome is remembered: the Quality panel lists its numbers.
     """
 
-    def start(self, context: bpy.types.Context) -> PendingView:
+    def start(self, context: bpy.types.Context) -> Pending:
         """Have the view read, then the work done."""
         return on_thread(context, self.work)
 

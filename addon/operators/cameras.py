@@ -12,7 +12,8 @@ from ..blender.snapshot.cameras import matrix, rigid_inverse
 from ..errors import SceneError
 from ..scene.default_view import VIEWS, camera_for_view, depth_range
 from ..scene.records import Scene
-from .background import JobOperator, PendingView, Ready
+from ..studies.pending import Pending, ready
+from .background import JobOperator, view_read
 
 
 def free_viewport(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
@@ -26,9 +27,9 @@ def free_viewport(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
 class SceneOperator(JobOperator):
     """Mix-in: reads the scene without holding the window up; `take(context, scene)` then changes something, as one step of undo."""
 
-    def start(self, context: bpy.types.Context) -> PendingView:
+    def start(self, context: bpy.types.Context) -> Pending:
         """Have the scene read; raises `UserError`."""
-        return PendingView(context, lambda reading: Ready(reading.scene(bpy.context)), sources.ViewReading(self.space_of))
+        return view_read(context, lambda reading: ready(reading.scene(bpy.context)), sources.ViewReading(self.space_of))
 
     @staticmethod
     def space_of(_context: bpy.types.Context) -> bpy.types.SpaceView3D | None:

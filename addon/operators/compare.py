@@ -9,7 +9,8 @@ import bpy
 
 from ..blender import image_editor
 from ..pipeline.job import ENGINE_PASSES, Job
-from ..studies.run import Cancels, Outcome, Progress, run
+from ..studies.pending import Cancels, Progress
+from ..studies.run import Outcome, run
 from .background import PictureOperator
 
 if TYPE_CHECKING:

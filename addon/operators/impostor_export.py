@@ -14,7 +14,8 @@ from ..pipeline.impostors.baked import BakedImpostor
 from ..pipeline.job import Job
 from ..studies.impostors.asked import baking, groups_of
 from ..studies.impostors.files import metadata, unique_names, write_impostor
-from .background import JobOperator, PendingView
+from ..studies.pending import Chained, Pending, ready
+from .background import JobOperator, view_read
 from .impostors import ACTIVE, ALL, HIDDEN, SELECTED, NeedsMarks, chosen_marks, is_one_of
 
 Baked = tuple[Job, list[BakedImpostor | UserError]]
@@ -25,28 +26,12 @@ FORMATS = [
 ]
 
 
-class PendingBake:
-    """Captures under way on the worker, asked as `Pending` is. Raises `SceneError` when there is nothing to capture."""
-
-    progress = (0.5, "capturing")
-
-    def __init__(self, job: Job, chosen: set[tuple[str, int]], unlit: bool) -> None:
-        groups = tuple(group for group in groups_of(job.scene) if is_one_of(group.key, chosen))
-        if not groups:
-            raise SceneError(HIDDEN)
-        self._job, self._future = job, baking(job, groups, unlit)
-
-    def done(self) -> bool:
-        """True when `result` will not wait."""
-        return self._future.done()
-
-    def cancel(self) -> None:
-        """Give it up, if it has not begun."""
-        self._future.cancel()
-
-    def result(self) -> Baked:
-        """The job and its captures."""
-        return self._job, self._future.result()
+def captures(job: Job, chosen: set[tuple[str, int]], unlit: bool) -> Pending[Baked]:
+    """Ask for the job and its captures. Raises `SceneError` when there is nothing to capture."""
+    groups = tuple(group for group in groups_of(job.scene) if is_one_of(group.key, chosen))
+    if not groups:
+        raise SceneError(HIDDEN)
+    return Chained(baking(job, groups, unlit), lambda found: ready((job, found)))
 
 
 class CAD_SHADOW_OT_impostor_export(NeedsMarks, JobOperator, bpy.types.Operator):
@@ -90,12 +75,12 @@ class CAD_SHADOW_OT_impostor_export(NeedsMarks, JobOperator, bpy.types.Operator)
         if self.to == "FILES":
             layout.prop(self, "format")
 
-    def start(self, context: bpy.types.Context) -> PendingView:
+    def start(self, context: bpy.types.Context) -> Pending[Baked]:
         """Ask for the captures."""
         if self.to == "FILES" and not self.directory:
             raise SceneError("Choose a folder for the files (directory=…).")
         chosen = chosen_marks(context, self.target)
-        return PendingView(context, lambda reading: PendingBake(reading.job(bpy.context), chosen, self.unlit))
+        return view_read(context, lambda reading: captures(reading.job(bpy.context), chosen, self.unlit))
 
     def take(self, context: bpy.types.Context, result: Baked) -> None:
         """Keep what was captured as asked."""

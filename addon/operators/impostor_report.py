@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import bpy
@@ -15,8 +14,9 @@ from ..pipeline.frame import Frame
 from ..pipeline.job import Job
 from ..studies.impostors.asked import shaded_texture
 from ..studies.impostors.states import annotated
-from ..studies.run import Outcome, Pending
-from .background import JobOperator, PendingView
+from ..studies.pending import Chained, Pending, ready
+from ..studies.run import Outcome, submit
+from .background import JobOperator, view_read
 from .impostors import HIDDEN, NeedsImpostors
 
 if TYPE_CHECKING:
@@ -30,55 +30,24 @@ def by_error(reports: tuple[ImpostorReport, ...]) -> list[ImpostorReport]:
     return sorted(reports, key=lambda report: 1.0 if report.error is None else -report.error)
 
 
-class PendingReport:
-    """A picture with every predictor, then the texture of the impostor that is looked at. Like `Pending`, nothing of it waits."""
+@dataclass(frozen=True, eq=False)
+class Found:
+    """A picture with every predictor; the impostor that is looked at and its colours, where one has a texture."""
 
-    def __init__(self, job: Job, wanted: tuple[str, int] | None) -> None:
-        self.job, self.looked_at = job, None
-        self.texture: Future[Frame] | None = None
-        self._first, self._wanted = Pending(job), wanted
+    outcome: Outcome
+    looked_at: ImpostorReport | None = None
+    texture: Frame | None = None
 
-    @property
-    def progress(self) -> tuple[float, str]:
-        """How far it is, 0…1, and the stage it is in."""
-        return self._first.progress if self.texture is None else (0.95, "texture")
 
-    def done(self) -> bool:
-        """True when `result` will not wait."""
-        if not self._first.done():
-            return False
-        if self.texture is None and self.looked_at is None:
-            self._look()
-        return self.texture is None or self.texture.done()
-
-    def cancel(self) -> None:
-        """Give it up."""
-        self._first.cancel()
-        if self.texture is not None:
-            self.texture.cancel()
-
-    def result(self) -> Outcome:
-        """The outcome of the picture; `looked_at` and `texture` are there afterwards. Raises as `Pending.result` does."""
-        outcome = self._first.result()
-        if self.texture is None and self.looked_at is None:
-            self._look()
-        if self.texture is not None:
-            self.texture.result()
-        return outcome
-
-    def _look(self) -> None:
-        """Ask for the colours of the impostor wanted, else of the one with the largest error."""
-        try:
-            reports = self._first.result().frame.impostors
-        except Exception:  # raised again by `result`
-            return
-        ranked = by_error(reports)
-        with_texture = [r for r in ranked if r.edges is not None]
-        chosen = [r for r in with_texture if (r.key.kind, r.key.uid) == self._wanted] or with_texture
-        if chosen:
-            self.looked_at = chosen[0]
-            group = next(g for g in self.job.impostors.groups if g.key == self.looked_at.key)
-            self.texture = shaded_texture(self.job, group, self.looked_at.edges.frame)
+def with_texture(outcome: Outcome, wanted: tuple[str, int] | None) -> Pending[Found]:
+    """Ask for the colours of the impostor wanted, else of the one with the largest error."""
+    ranked = [r for r in by_error(outcome.frame.impostors) if r.edges is not None]
+    chosen = [r for r in ranked if (r.key.kind, r.key.uid) == wanted] or ranked
+    if not chosen:
+        return ready(Found(outcome))
+    group = next(g for g in outcome.job.impostors.groups if g.key == chosen[0].key)
+    texture = shaded_texture(outcome.job, group, chosen[0].edges.frame)
+    return Chained(texture, lambda drawn: ready(Found(outcome, chosen[0], drawn.frame)))
 
 
 class CAD_SHADOW_OT_impostor_report(NeedsImpostors, JobOperator, bpy.types.Operator):
@@ -89,27 +58,31 @@ class CAD_SHADOW_OT_impostor_report(NeedsImpostors, JobOperator, bpy.types.Opera
     bl_label = "Impostor Report"
     bl_options = {"REGISTER"}
 
-    def start(self, context: bpy.types.Context) -> PendingView:
-        """Ask for a picture with all predictors."""
-        return PendingView(context, lambda reading: self._ask(reading.job(bpy.context)))
+    def start(self, context: bpy.types.Context) -> Pending[Found]:
+        """Ask for a picture with all predictors, then the texture."""
+        return view_read(context, lambda reading: self._ask(reading.job(bpy.context)))
 
-    def _ask(self, job: Job) -> PendingReport:
+    def _ask(self, job: Job) -> Pending[Found]:
         if job.impostors is None:
             raise SceneError(HIDDEN)
         mark = active_mark()
         wanted = None if mark is None else (mark.kind, mark.uid)
-        self._asked = PendingReport(replace(job, impostors=replace(job.impostors, exact=True)), wanted)
-        return self._asked
+        exact = replace(job, impostors=replace(job.impostors, exact=True))
+        return Chained(submit(exact), lambda outcome: with_texture(outcome, wanted))
 
-    def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
-        """Show the critical points, say the numbers."""
+    def take(self, context: bpy.types.Context, found: Found) -> None:
+        """Remember the picture, show the critical points."""
+        super().take(context, found.outcome)
+        if found.texture is not None:
+            regions = found.outcome.job.impostors.edges.regions
+            picture = annotated(found.texture.passes["combined"], found.looked_at.edges, regions)
+            image_editor.show(context, image_editor.to_image(picture, TITLE))
+
+    def finish(self, context: bpy.types.Context, _outcome: Outcome) -> None:
+        """Mark the critical points in the viewport, say the numbers."""
         context.window_manager.cad_shadow_impostor_points = True
         for report in by_error(session.impostors()):
             self.report({"INFO"}, line(report))
-        looked_at, texture = self._asked.looked_at, self._asked.texture
-        if texture is not None:
-            picture = annotated(texture.result().passes["combined"], looked_at.edges, outcome.job.impostors.edges.regions)
-            image_editor.show(context, image_editor.to_image(picture, TITLE))
 
 
 def line(report: ImpostorReport) -> str:

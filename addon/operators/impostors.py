@@ -14,8 +14,9 @@ from ..errors import SceneError
 from ..maths.relief.life import ALL_AT_ONCE
 from ..pipeline.job import Job
 from ..scene.records import Mark
-from ..studies.run import Outcome, Pending
-from .background import JobOperator, PendingView
+from ..studies.pending import Pending
+from ..studies.run import Outcome, submit
+from .background import JobOperator, view_read
 
 ACTIVE = ("ACTIVE", "Chosen in the List", "The impostor chosen in the list")
 SELECTED = ("SELECTED", "Selected Objects", "The selected objects that are impostors")
@@ -167,10 +168,10 @@ class CAD_SHADOW_OT_impostor_regenerate(NeedsImpostors, JobOperator, bpy.types.O
         default="ALL",
     )
 
-    def start(self, context: bpy.types.Context) -> PendingView:
+    def start(self, context: bpy.types.Context) -> Pending:
         """Ask for a picture with new captures."""
         chosen = None if self.target == "STALE" else chosen_marks(context, self.target)
-        return PendingView(context, lambda reading: Pending(captured_anew(reading.job(bpy.context), chosen)))
+        return view_read(context, lambda reading: submit(captured_anew(reading.job(bpy.context), chosen)))
 
     def finish(self, context: bpy.types.Context, outcome: Outcome) -> None:
         """Say what was captured, and what could not be."""

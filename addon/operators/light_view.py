@@ -9,7 +9,8 @@ import bpy
 from ..blender import image_editor
 from ..pipeline.job import Job
 from ..studies.light_view import SIZE, light_picture
-from ..studies.run import Cancels, Outcome, Progress, run
+from ..studies.pending import Cancels, Progress
+from ..studies.run import Outcome, run
 from .background import PictureOperator
 
 if TYPE_CHECKING:

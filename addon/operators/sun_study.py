@@ -7,9 +7,10 @@ import numpy as np
 
 from ..blender import image_editor
 from ..blender.sun_properties import hours_of, sky_of
+from ..studies.pending import Pending
 from ..studies.sun.moments import moments
 from ..studies.sun.pictures import study
-from .background import JobOperator, PendingView, on_thread
+from .background import JobOperator, on_thread
 
 IMAGE = f"{image_editor.NAME}: sun study"
 
@@ -21,7 +22,7 @@ class CAD_SHADOW_OT_sun_study(JobOperator, bpy.types.Operator):
     bl_label = "Sun Study"
     bl_options = {"REGISTER"}
 
-    def start(self, context: bpy.types.Context) -> PendingView:
+    def start(self, context: bpy.types.Context) -> Pending:
         """Ask for the pictures."""
         props = context.scene.cad_shadow.sun
         clock, place = sky_of(props)

@@ -7,18 +7,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from concurrent.futures import CancelledError, Future
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from threading import Thread
 from typing import TYPE_CHECKING, TypeVar
 
-from ..errors import Cancelled, GpuError
+from ..errors import GpuError
 from ..pipeline.frame import Frame
 from ..pipeline.gl.machine import chosen
 from ..pipeline.job import Job
 from . import stopping
+from .pending import Cancels, Pending, PendingFuture, Progress, waited
 from .report import report_of
 
 if TYPE_CHECKING:
@@ -26,10 +27,7 @@ if TYPE_CHECKING:
     from ..pipeline.renderer import Renderer, Task
 
 
-Progress = Callable[[float, str], None]
-Cancels = Callable[[], bool]
 _ADDON = __package__.removesuffix(".studies")
-POLL_S = 0.05
 T = TypeVar("T")
 
 
@@ -63,12 +61,10 @@ def renderer() -> Renderer | RemoteRenderer:
     return _pipeline()()
 
 
-def queue_task(task: Task | None, job: Job, *arguments: object) -> Future:
-    """A task of the renderer about the job, queued where pictures are drawn; None: its picture, as a frame.
-
-    Raises `GpuError` when a library is missing.
-    """
-    return renderer().submit(job, task, *arguments)[0]
+def submit_task(task: Task, job: Job, *arguments: object) -> Pending[object]:
+    """Ask for a task of the renderer about the job. Raises `GpuError` when a library is missing."""
+    future, ticket = renderer().submit(job, task, *arguments)
+    return PendingFuture(future, lambda: (ticket.fraction, ticket.stage), ticket.give_up)
 
 
 _importing: list[Thread] = []
@@ -101,53 +97,23 @@ def on_worker(work: Callable[[], T]) -> Future[T]:
     return shared_worker().submit_plain(work)
 
 
-class Pending:
-    """A job under way on the worker, or `on` another renderer. Every method returns at once, except `result` before it is `done`."""
+def submit(job: Job, on: Renderer | RemoteRenderer | None = None) -> Pending[Outcome]:
+    """Ask for the job's picture, of the shared renderer or `on` another. Raises `GpuError` when a library is missing.
 
-    def __init__(self, job: Job, on: Renderer | RemoteRenderer | None = None) -> None:
-        self.job = job
-        self._future, self._ticket = (on or renderer()).submit(job)
-
-    @property
-    def progress(self) -> tuple[float, str]:
-        """How far it is, 0…1, and the stage it is in."""
-        return self._ticket.fraction, self._ticket.stage
-
-    def done(self) -> bool:
-        """True when `result` will not wait."""
-        return self._future.done()
-
-    def cancel(self) -> None:
-        """Give it up: at once when it is still queued, else at the end of the stage it is in."""
-        self._ticket.is_cancelled = True
-        self._future.cancel()
-
-    def result(self, timeout_s: float | None = None) -> Outcome:
-        """The outcome. Raises `SceneError`, `SettingsError`, `GpuError`, `Cancelled`, or `TimeoutError` when it is not done in time."""
-        try:
-            return Outcome(self.job, self._future.result(timeout_s))
-        except CancelledError:
-            raise Cancelled("Cancelled.") from None
+    The result raises `SceneError`, `SettingsError`, `GpuError`, `Cancelled`.
+    """
+    future, ticket = (on or renderer()).submit(job)
+    return PendingFuture(future, lambda: (ticket.fraction, ticket.stage), ticket.give_up, lambda frame: Outcome(job, frame))
 
 
 def run(
     job: Job, progress: Progress | None = None, cancelled: Cancels | None = None, on: Renderer | RemoteRenderer | None = None
 ) -> Outcome:
-    """Render `job` on the worker thread, or `on` another renderer, and wait for it. Callable from any thread but the worker's.
+    """`submit` and wait for it. Callable from any thread but the worker's.
 
-    `progress(fraction, stage)` and `cancelled()` are called on the waiting thread. Raises as `Pending.result` does.
+    `progress(fraction, stage)` and `cancelled()` are called on the waiting thread.
     """
-    pending = Pending(job, on)
-    while True:
-        try:
-            return pending.result(POLL_S)
-        except TimeoutError:
-            if pending.done():
-                raise
-        if progress:
-            progress(*pending.progress)
-        if stopping.is_asked() or (cancelled and cancelled()):
-            pending.cancel()
+    return waited(submit(job, on), progress, lambda: stopping.is_asked() or (cancelled is not None and cancelled()))
 
 
 def stop_worker() -> None:

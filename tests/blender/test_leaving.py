@@ -38,13 +38,13 @@ STATES = {
 BUSY = """
 from addon.blender import sources
 from addon.blender.cad_import import to_blender
-from addon.studies.run import Pending
+from addon.studies.run import submit
 from addon.scene.platform_deck import build
 scene = bpy.context.scene
 to_blender(build(50_000), scene.collection)
 scene.render.resolution_x = scene.render.resolution_y = 2000
 scene.cad_shadow.samples, scene.cad_shadow.map_size = "16", 2048
-pending = Pending(sources.job_for_view(bpy.context))
+pending = submit(sources.job_for_view(bpy.context))
 while pending.progress[1] in ("waiting", "upload"):
     time.sleep(0.01)
 """

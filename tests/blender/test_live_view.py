@@ -37,7 +37,7 @@ def viewport(room, monkeypatch):
             picture = np.full((1, 1, 4), len(self.job.scene.instances), np.float32)
             return SimpleNamespace(job=self.job, frame=SimpleNamespace(passes={"combined": picture}, plan=None, impostors=()))
 
-    monkeypatch.setattr(viewport, "Pending", Making)
+    monkeypatch.setattr(viewport, "submit", Making)
     monkeypatch.setattr(viewport, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(viewport, "_ensure_timer", lambda: None)
     viewport.asked, viewport.clock = asked, clock

@@ -32,9 +32,9 @@ class Calls:
     """
 
     def __init__(self) -> None:
-        viewport, ticking, background = addon("blender.viewport"), addon("operators.ticking"), addon("operators.background")
+        viewport, ticking, sources = addon("blender.viewport"), addon("operators.ticking"), addon("blender.sources")
         places = [(viewport.LiveView, name) for name in ("draw", "update", "draw_late")]
-        places += [(ticking.Ticking, "modal"), (ticking.Ticking, "begin"), (background.PendingView, "__init__")]
+        places += [(ticking.Ticking, "modal"), (ticking.Ticking, "begin"), (sources.ViewReading, "collect")]
         self.ms: dict[str, list[tuple[float, float]]] = {}
         self._not_ours = np.zeros(2)
         self._undo = [(owner, name, getattr(owner, name)) for owner, name in [*places, (addon("blender.image_editor"), "_open")]]

@@ -16,7 +16,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
-from concurrent.futures import TimeoutError as FutureTimeoutError
 from contextlib import ExitStack, contextmanager
 from ctypes.util import find_library
 from dataclasses import dataclass
@@ -24,13 +23,12 @@ from typing import TypeVar
 
 import moderngl
 
-from ...errors import Cancelled, GpuError
+from ...errors import GpuError
 from .machine import chosen
 
 T = TypeVar("T")
 THREAD_NAME = "cad-shadow-gl"
 REQUIRED_GL = 330
-POLL_S = 0.05
 
 _LINUX_HINT = (
     "install Mesa's EGL libraries (Debian/Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri libegl-mesa0; "
@@ -209,20 +207,11 @@ class GpuWorker:
             self._life.put(_Item(future, job, needs_context, give_up))
         return future
 
-    def call(self, job: Callable[[moderngl.Context], T], cancelled: Callable[[], bool] | None = None) -> T:
-        """Run `job(context)` on the worker and wait. `cancelled` is asked on the calling thread; True gives up with `Cancelled`."""
+    def call(self, job: Callable[[moderngl.Context], T]) -> T:
+        """Run `job(context)` on the worker and wait."""
         if threading.current_thread() is self._life:
             raise RuntimeError("GpuWorker.call from the worker itself would wait for ever")
-        future = self.submit(job)
-        while True:
-            try:
-                return future.result(timeout=POLL_S if cancelled else None)
-            except FutureTimeoutError:
-                if future.done():
-                    return future.result()
-                if cancelled():
-                    future.cancel()
-                    raise Cancelled("Cancelled.") from None
+        return self.submit(job).result()
 
     def at_close(self, release: Callable[[], None]) -> None:
         """Register, on the worker's thread, what to release there before its context goes."""

@@ -6,7 +6,6 @@ The pipeline is imported when something is marked, not before, so that enabling 
 from __future__ import annotations
 
 from collections.abc import Hashable
-from concurrent.futures import Future
 from dataclasses import replace
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -15,16 +14,17 @@ import numpy as np
 
 from ...maths.domains import shared_values
 from ...scene.records import Mark, Scene
-from ..run import queue_task
+from ..run import submit, submit_task
 
 if TYPE_CHECKING:
     from ...errors import GpuError, SceneError
     from ...maths.relief.warp import CaptureFrame
-    from ...pipeline.frame import Frame
     from ...pipeline.impostors.baked import BakedImpostor
     from ...pipeline.impostors.records import ImpostorChoice, ImpostorGroup
     from ...pipeline.job import Job
     from ...settings.groups import ImpostorSettings
+    from ..pending import Pending
+    from ..run import Outcome
 
 TRIANGLE_NS, PIXEL_NS = 60.0, 150.0
 """The break-even of fresh pictures: fixed, since what is measured differs from run to run, and they must not."""
@@ -100,14 +100,14 @@ def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> l
     return baking(job, groups, unlit).result()
 
 
-def baking(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> Future[list[BakedImpostor | SceneError | GpuError]]:
+def baking(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> Pending[list[BakedImpostor | SceneError | GpuError]]:
     """The same, not waited for."""
     from ...pipeline.bake import bake_all
 
-    return queue_task(bake_all, job, choice_for(groups, job.settings.impostor), unlit)
+    return submit_task(bake_all, job, choice_for(groups, job.settings.impostor), unlit)
 
 
-def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Future[Frame]:
+def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Pending[Outcome]:
     """The group as the camera of `frame` sees it, alone before nothing, in the job's light: the colours of a texture captured earlier."""
     settings = job.settings.replaced(shading={"background": (0.0, 0.0, 0.0, 0.0), "display": "shaded"})
     rows = np.isin(job.scene.instances.object_id, group.object_ids)
@@ -121,4 +121,4 @@ def shaded_texture(job: Job, group: ImpostorGroup, frame: CaptureFrame) -> Futur
         impostors=None,
         shown=rows,
     )
-    return queue_task(None, alone)
+    return submit(alone)

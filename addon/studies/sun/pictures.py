@@ -8,7 +8,8 @@ import numpy as np
 
 from ...images.contact_sheet import TILE, contact_sheet, fitted
 from ...pipeline.job import Job
-from ..run import Cancels, Progress, run
+from ..pending import Cancels, Progress
+from ..run import run
 from .moments import Moment
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import Cancelled, SceneError
-from ..run import Cancels, Outcome
+from ..pending import Cancels
+from ..run import Outcome
 from . import TruthTracer, compare
 
 
