@@ -39,15 +39,15 @@ def name_of(k: int, n: int) -> str:
     return f"PCF({k},{n})"
 
 
-def receivers(frame: Frame, camera: Camera, light: Light, size: int) -> tuple[np.ndarray, definition.Receivers]:
-    """Mask (h, w) of the lit-facing pixels of a frame and their `Receivers` in its first map."""
+def receivers(frame: Frame, camera: Camera, light: Light, size: int) -> tuple[np.ndarray, definition.ReceiverSamples]:
+    """Mask (h, w) of the lit-facing pixels of a frame and their `ReceiverSamples` in its first map."""
     depth = np.where(np.isfinite(frame.passes["depth"]), frame.passes["depth"], 0.0)[::-1]
     points = np.zeros((*depth.shape, 3))
     points[depth > 0.0] = surface_points_ws(np.ascontiguousarray(depth, dtype=np.float32), camera)
     points, normals = points[::-1], frame.passes["normal"].astype(np.float64)
     chosen = (frame.passes["object"] >= 0) & (normals @ light.direction_ws > 0.05)
     ids = frame.passes["object"][chosen]
-    return chosen, definition.Receivers(frame.plan.projections[0], light, size, points[chosen], normals[chosen], ids)
+    return chosen, definition.ReceiverSamples(frame.plan.projections[0], light, size, points[chosen], normals[chosen], ids)
 
 
 def levels_across(levels: np.ndarray, most: int) -> float:
@@ -64,7 +64,7 @@ def levels_across(levels: np.ndarray, most: int) -> float:
     return float(np.mean(counts))
 
 
-def sixty_four(r: definition.Receivers, depth: np.ndarray, width: float, moved: np.ndarray | float = 0.0) -> np.ndarray:
+def sixty_four(r: definition.ReceiverSamples, depth: np.ndarray, width: float, moved: np.ndarray | float = 0.0) -> np.ndarray:
     """(P,) light through 8 × 8 taps over `width` texels of the map's own cells, the receivers moved by `moved` texels (2,)."""
     cells = definition.tap_cells(r.texels() + moved, 8, width / 8.0)
     heights = r.heights_m(cells, definition.cell_values(depth, cells))
@@ -97,7 +97,7 @@ def at_edge(renderer: Renderer, chosen: Settings, turn_deg: float) -> tuple[floa
         normal, distance = -normal, -distance
     near = np.flatnonzero(on_floor & (np.abs(distance) < NEAR_EDGE))
     near = near[:: -(-len(near) // MOST_COMPARED)]
-    mine = definition.Receivers(r.projection, SUN, r.size, r.points_ws[near], r.normals_ws[near], r.ids[near])
+    mine = definition.ReceiverSamples(r.projection, SUN, r.size, r.points_ws[near], r.normals_ws[near], r.ids[near])
     depth = frame.passes["shadow_depth"][0].astype(np.float64) * 2.0 - 1.0
     width = np.sqrt(k) + REACH[n]
     errors = [np.sqrt(np.mean((shadow[near] - sixty_four(mine, depth, width, drift * normal)) ** 2)) for drift in DRIFTS]

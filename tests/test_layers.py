@@ -227,6 +227,15 @@ def test_imports_are_relative_and_paths_untouched():
         assert "sys.path" not in source.text, f"{source.path}: extensions may not edit sys.path"
 
 
+def test_no_two_classes_have_one_name():
+    places = defaultdict(list)
+    for source in sources().values():
+        for node in source.tree.body:
+            if isinstance(node, ast.ClassDef):
+                places[node.name].append(source.path)
+    assert not {name: paths for name, paths in places.items() if len(paths) > 1}
+
+
 def test_files_and_functions_stay_small():
     for source in sources().values():
         assert len(source.text.splitlines()) <= MAX_FILE_LINES, source.path

@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..blender.impostors.chosen import Chosen
+from ..blender.impostors.chosen import ChosenImpostors
 from ..blender.impostors.plane import make_plane
 from ..blender.rendering import animated, read
 from ..blender.snapshot import marked_instead
@@ -121,7 +121,7 @@ def impostors(
     `arguments` are those of `preview`: the view, the light, and options of the method. Raises `SceneError` when one cannot be captured.
     """
     scene = scene or bpy.context.scene
-    chosen = Chosen.of(objects, scene.name)
+    chosen = ChosenImpostors.of(objects, scene.name)
     with marked_instead(chosen.holders):
         job = read(scene, wish_for(scene, **arguments))
     results = baked(job, chosen.some(job.scene), unlit)
@@ -148,7 +148,7 @@ def impostor_path(
     if (orbit_deg is None) == (frames is None):
         raise SceneError("Say where the camera goes: orbit_deg=… or frames=(first, last).")
     wish = wish_for(scene, **{"impostor_break_even": False} | arguments)
-    chosen = Chosen.of(objects, scene.name)
+    chosen = ChosenImpostors.of(objects, scene.name)
     with marked_instead(chosen.holders):
         first = read(scene, wish)
         groups = chosen.some(first.scene)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 
-class Part(Protocol):
+class Registrable(Protocol):
     """What can be attached to Blender and detached again: a module with these two functions."""
 
     def register(self) -> None:
@@ -16,9 +16,9 @@ class Part(Protocol):
         """Detach it."""
 
 
-def attach(parts: Sequence[Part]) -> None:
+def attach(parts: Sequence[Registrable]) -> None:
     """Register in order. If one fails, those before it are detached and its error is raised."""
-    done: list[Part] = []
+    done: list[Registrable] = []
     try:
         for part in parts:
             part.register()
@@ -29,7 +29,7 @@ def attach(parts: Sequence[Part]) -> None:
         raise
 
 
-def detach(parts: Sequence[Part]) -> None:
+def detach(parts: Sequence[Registrable]) -> None:
     """Unregister in reverse order. Each is tried; afterwards the first error is raised, the others noted on it."""
     errors = _detached(reversed(parts))
     if errors:
@@ -38,7 +38,7 @@ def detach(parts: Sequence[Part]) -> None:
         raise errors[0]
 
 
-def _detached(parts: Iterable[Part]) -> list[BaseException]:
+def _detached(parts: Iterable[Registrable]) -> list[BaseException]:
     """Unregister each; what went wrong."""
     errors = []
     for part in parts:

@@ -104,3 +104,9 @@ def orthographic(half_height: float, aspect: float, near: float, far: float) -> 
     out[0, 0] = out[1, 1] / aspect
     out[2, 2], out[2, 3] = 2.0 / (near - far), (far + near) / (near - far)
     return out
+
+
+def smoothstep(x: float, start: float = 0.0, end: float = 1.0) -> float:
+    """0 up to `start`, 1 from `end` on, a cubic between."""
+    share = min(1.0, max(0.0, (x - start) / (end - start)))
+    return share * share * (3.0 - 2.0 * share)

@@ -11,6 +11,7 @@ from math import radians, tan
 import numpy as np
 
 from ..errors import SettingsError
+from ..maths.frusta import box_corners
 from ..maths.nearest import distance_to_triangles
 from ..maths.spaces import transform
 from ..maths.view import Camera, Light
@@ -35,12 +36,6 @@ AMONG = 1.0 / 2000.0  # of far: an eye nearer to what it sees than that may be a
 INSIDE = 0.1
 LEAST_NEAR = 1e-7  # of far
 MOST_VERTICES = 2_000_000  # placed vertices up to which a view is framed by vertices rather than by boxes
-
-
-def corners(bounds_ws: np.ndarray) -> np.ndarray:
-    """(8·N, 3) corners of (N, 2, 3) bounds."""
-    pick = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)])
-    return bounds_ws[:, pick, np.arange(3)].reshape(-1, 3)
 
 
 def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray) -> np.ndarray:
@@ -107,7 +102,7 @@ def outline_points(scene: Scene) -> np.ndarray:
     """(P, 3) points whose hull holds the scene: all placed vertices, or beyond `MOST_VERTICES` the corners of the instances' boxes."""
     index, matrices = scene.instances.mesh_index, scene.instances.world_from_object
     if sum(len(scene.meshes[i].positions) for i in index) > MOST_VERTICES:
-        return corners(scene.instance_bounds_ws())
+        return box_corners(scene.instance_bounds_ws()).reshape(-1, 3)
     return np.concatenate([scene.meshes[i].positions @ m[:3, :3].T + m[:3, 3] for i, m in zip(index, matrices, strict=True)])
 
 
@@ -128,7 +123,7 @@ def depth_range(view_from_world: np.ndarray, scene: Scene, points_ws: np.ndarray
 
     With the eye among them, near is `INSIDE` of the distance to the nearest surface: no lens of less than 168° loses anything by it.
     """
-    points = corners(scene.instance_bounds_ws()) if points_ws is None else points_ws
+    points = box_corners(scene.instance_bounds_ws()).reshape(-1, 3) if points_ws is None else points_ws
     depth = -(points @ view_from_world[2, :3] + view_from_world[2, 3])
     low, high = float(depth.min()), float(depth.max())
     slack = SLACK * max(high - low, 1e-6)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..images.heatmap import LOG2_HIGH, LOG2_LOW, TICKS, scale_colors
 from ..images.passes import id_colors
+from ..images.srgb import linear_from_srgb
 from ..maths.shadow.projection import ShadowPlan
 
 WIDTH, BAR, LINE, PAD = 290, 12, 16, 14
@@ -90,7 +91,6 @@ def map_legend(plan: ShadowPlan, scale: float) -> Legend:
 
 def _linear(srgb: np.ndarray) -> np.ndarray:
     """(…, 3) sRGB bytes as (…, 4) float32 linear, opaque."""
-    c = srgb.astype(np.float32) / np.float32(255.0)
-    out = np.ones((*c.shape[:-1], 4), np.float32)
-    out[..., :3] = np.where(c <= 0.04045, c / np.float32(12.92), ((c + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4))
+    out = np.ones((*srgb.shape[:-1], 4), np.float32)
+    out[..., :3] = linear_from_srgb(srgb / 255.0)
     return out

@@ -51,7 +51,7 @@ def layers_of(renderer, name, components):
 
 
 def receivers(scene, frame, light=SUN, camera=CAMERA):
-    """The lit-facing points of the frame in its map of most shadow, by rays: the map, rows, columns and `Receivers`."""
+    """The lit-facing points of the frame in its map of most shadow, by rays: the map, rows, columns and `ReceiverSamples`."""
     points, normals, objects = oracle.surface_points(scene, camera, SIZE)
     towards = definition.towards_light(light, points.reshape(-1, 3)).reshape(points.shape)
     chosen = (objects >= 0) & ((normals * towards).sum(-1) > 0.02) & (frame.passes["object"] == objects)
@@ -63,7 +63,9 @@ def receivers(scene, frame, light=SUN, camera=CAMERA):
         index,
         rows,
         columns,
-        definition.Receivers(projection, light, frame.passes["shadow_depth"].shape[1], points[chosen], normals[chosen], objects[chosen]),
+        definition.ReceiverSamples(
+            projection, light, frame.passes["shadow_depth"].shape[1], points[chosen], normals[chosen], objects[chosen]
+        ),
     )
 
 

@@ -22,14 +22,14 @@ NO_SURFACE = "{} has no surface that the render shows: name an object with a mes
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ChosenImpostors:
     """Which impostors there are in the open file: those named, else those marked, else everything as one, called `name`."""
 
     holders: list[bpy.types.ID]
     name: str
 
     @classmethod
-    def of(cls, names: Sequence[str] | None, name: str) -> Chosen:
+    def of(cls, names: Sequence[str] | None, name: str) -> ChosenImpostors:
         """Raises `SceneError` for a name that nothing has."""
         return cls([holder for one in names for holder in named(one)] if names else all_marked(), name)
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import bpy
 
-ENGINE = "CAD_SHADOW_PREVIEW"
+from ..render_wish import ENGINE
+
 MODEL = "BLENDER_WORKBENCH"
 NOT_OURS = (
     "RENDER_PT_opengl_",

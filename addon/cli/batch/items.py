@@ -10,9 +10,10 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...scene.cad.sniff import SUFFIXES as CAD_SUFFIXES
 from ...studies.scratch import PREFIX
 
-SUFFIXES = frozenset((".blend", ".step", ".stp", ".stl", ".obj", ".ply", ".off", ".3mf", ".glb", ".gltf"))
+SUFFIXES = frozenset((".blend", *CAD_SUFFIXES))
 NAMELESS = "input"
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...blender.impostors.chosen import Chosen
+from ...blender.impostors.chosen import ChosenImpostors
 from ...blender.impostors.plane import write_plane
 from ...blender.render_wish import RenderWish
 from ...blender.rendering import animated, read
@@ -33,7 +33,7 @@ TOLD_EVERY = 10
 
 def impostor_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Capture from the view; images, JSON and, if asked for, a plane per impostor. One that fails stops no other."""
-    chosen = Chosen.of(args.objects, stem.name)
+    chosen = ChosenImpostors.of(args.objects, stem.name)
     with marked_instead(chosen.holders):
         job = read(scene, wish)
     groups = chosen.some(job.scene)
@@ -74,13 +74,13 @@ def path_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: arg
     """Run the path; the CSV, the report and, if asked for, the pictures. Break-even counts only if asked for, as all is measured anyway."""
     if "option_impostor_break_even" not in args:
         wish.settings = wish.settings.replaced(impostor={"break_even": False})
-    chosen = Chosen.of(args.objects, stem.name)
+    chosen = ChosenImpostors.of(args.objects, stem.name)
     with marked_instead(chosen.holders):
         return _walked(scene, wish, chosen, stem, args)
 
 
 def _walked(
-    scene: bpy.types.Scene, wish: RenderWish, chosen: Chosen, stem: Path, args: argparse.Namespace
+    scene: bpy.types.Scene, wish: RenderWish, chosen: ChosenImpostors, stem: Path, args: argparse.Namespace
 ) -> tuple[dict[str, object], str]:
     first = read(scene, wish)
     groups = chosen.some(first.scene)

@@ -113,7 +113,7 @@ class ImpostorState:
 
 
 @dataclass(frozen=True, slots=True)
-class Sight:
+class ViewedImpostor:
     """One impostor as the current camera sees it. `predicted` in the predictor's unit (inf: the warp does not exist), `covered_px` pixels.
 
     `capture_bytes` is what a capture from here would take (0: none is possible); `geometry_cost`, `impostor_cost` in any one unit.
@@ -162,7 +162,7 @@ class _Wish:
     felt: float = inf
 
 
-def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: LifeSettings) -> list[Action]:
+def decide(states: Sequence[ImpostorState], sights: Sequence[ViewedImpostor], settings: LifeSettings) -> list[Action]:
     """One `Action` per impostor, in order. At most `regenerations` of them capture, and the textures kept fit `memory_bytes`.
 
     An impostor whose texture would be wrong is shown as geometry, never warped.
@@ -183,7 +183,7 @@ def decide(states: Sequence[ImpostorState], sights: Sequence[Sight], settings: L
     return _within_memory(actions, states, sights, settings)
 
 
-def advance(state: ImpostorState, action: Action, sight: Sight) -> ImpostorState:
+def advance(state: ImpostorState, action: Action, sight: ViewedImpostor) -> ImpostorState:
     """The state after the frame in which `action` was done."""
     unseen = 0 if sight.is_visible else state.unseen + 1
     if action.evict:
@@ -193,13 +193,13 @@ def advance(state: ImpostorState, action: Action, sight: Sight) -> ImpostorState
     return replace(state, stage=action.stage, age=state.age + 1 if state.is_captured else 0, unseen=unseen, need=action.need)
 
 
-def is_dearer(state: ImpostorState, sight: Sight, settings: LifeSettings) -> bool:
+def is_dearer(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -> bool:
     """True when drawing the geometry is cheaper than the impostor; one that is an impostor already must become clearly dearer."""
     slack = 1.0 if state.stage in ("geometry", "hidden") else 1.0 / settings.hysteresis
     return sight.impostor_cost > sight.geometry_cost * slack
 
 
-def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
+def _wish(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -> _Wish:
     if not sight.is_visible:
         return _Wish("hidden", 0.0, "out of view")
     if sight.is_cut:
@@ -221,7 +221,7 @@ def _wish(state: ImpostorState, sight: Sight, settings: LifeSettings) -> _Wish:
     return _wish_of_captured(state, sight, settings, can_capture)
 
 
-def _wish_of_captured(state: ImpostorState, sight: Sight, settings: LifeSettings, can_capture: bool) -> _Wish:
+def _wish_of_captured(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings, can_capture: bool) -> _Wish:
     """The wish of an impostor with a valid warp: RI's two critical moments and the approach."""
     betas, error = sight.betas, sight.predicted / settings.effective_limit
     as_sprite = settings.sprite_px if state.stage in ("sprite", "regenerated") else settings.sprite_px * settings.hysteresis
@@ -240,7 +240,7 @@ def _wish_of_captured(state: ImpostorState, sight: Sight, settings: LifeSettings
     return _Wish(stage, need, reason, need)
 
 
-def _within_budget(wishes: Sequence[_Wish], sights: Sequence[Sight], settings: LifeSettings) -> set[int]:
+def _within_budget(wishes: Sequence[_Wish], sights: Sequence[ViewedImpostor], settings: LifeSettings) -> set[int]:
     """Who may capture: first those that must, by how much and how large they are seen; then, if more would rather than may in a frame, one
     of those."""
     must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -sights[i].covered_px, i))
@@ -250,14 +250,16 @@ def _within_budget(wishes: Sequence[_Wish], sights: Sequence[Sight], settings: L
     return {*affordable, *(early[: min(room, 1)] if len(early) > settings.regenerations else ())}
 
 
-def _while_waiting(state: ImpostorState, sight: Sight, wish: _Wish, settings: LifeSettings) -> str:
+def _while_waiting(state: ImpostorState, sight: ViewedImpostor, wish: _Wish, settings: LifeSettings) -> str:
     """The stage of an impostor that does not capture now."""
     if wish.stage not in ("sprite", "warp"):
         return wish.stage
     return wish.stage if wish.need <= settings.waiting else "geometry"
 
 
-def _within_memory(actions: list[Action], states: Sequence[ImpostorState], sights: Sequence[Sight], settings: LifeSettings) -> list[Action]:
+def _within_memory(
+    actions: list[Action], states: Sequence[ImpostorState], sights: Sequence[ViewedImpostor], settings: LifeSettings
+) -> list[Action]:
     """Free the least needed textures (longest unseen, then smallest on the screen) until the rest fits; in view, geometry stands in."""
     rows = zip(actions, states, sights, strict=True)
     sizes = [sight.capture_bytes if action.regenerate else state.bytes for action, state, sight in rows]
@@ -273,7 +275,7 @@ def _within_memory(actions: list[Action], states: Sequence[ImpostorState], sight
     return actions
 
 
-def _unseen(state: ImpostorState, sight: Sight) -> int:
+def _unseen(state: ImpostorState, sight: ViewedImpostor) -> int:
     return 0 if sight.is_visible else state.unseen + 1
 
 

@@ -19,6 +19,7 @@ from math import cos, pi, radians, sin, tan
 import numpy as np
 
 from ..frusta import frustum_corners
+from ..spaces import smoothstep
 from ..view import Camera, Light
 from .light_space import LightSpace, sun_space
 
@@ -145,8 +146,7 @@ def _of_face(image: _Image, face: int, a: np.ndarray, b: np.ndarray, shared: lis
     if abs(tau) <= split_from:
         planes = np.array(outer).reshape(-1, 4)
         return [Sector(face, planes, planes, image.direction(start + 0.5 * tau), _rise(image, a, b, start, tau))]
-    ease = min(1.0, (abs(tau) - split_from) / (SPLIT_UNTIL - SPLIT_FROM))
-    ease *= ease * (3.0 - 2.0 * ease)
+    ease = smoothstep((abs(tau) - split_from) / (SPLIT_UNTIL - SPLIT_FROM))
     bisector = start + 0.5 * tau
     halves = []
     for k, sign in ((0, -turn), (1, turn)):

@@ -16,14 +16,14 @@ import numpy as np
 
 from ..choices import FitChoice, PartitionChoice, WarpChoice, unsuited
 from ..frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
-from ..spaces import translation
+from ..spaces import smoothstep, translation
 from ..view import Camera, Light
 from .crop import Casters, Receivers, Warp, casters_in, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
-from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count, smooth
+from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count
 from .strength import RATE, RATE_SLICED, Range, steady_strength
 from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
 
@@ -219,7 +219,7 @@ def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: Lig
     plane = plane if plane[:3] @ right >= 0.0 else -plane
     upright = right - space.travel_ws * (space.travel_ws @ right)
     length = float(np.linalg.norm(upright))
-    share = 1.0 - smooth(space.gamma_rad, 0.0, UPRIGHT_BELOW)
+    share = 1.0 - smoothstep(space.gamma_rad, 0.0, UPRIGHT_BELOW)
     if share > 0.0 and length > 1e-6 and receivers is not None:
         across = (space.from_eye[:3, :3] @ upright / length) @ receivers.rows
         middle = 0.5 * (float(across.min()) + float(across.max()))

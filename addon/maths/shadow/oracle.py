@@ -59,7 +59,7 @@ def is_dark_by_id(difference: np.ndarray, same_id: np.ndarray, near: np.ndarray 
 
 
 @dataclass(frozen=True, eq=False)
-class Receivers:
+class ReceiverSamples:
     """P lit-facing points seen in one map: `points_ws`, `normals_ws` (P, 3) towards the light, `ids` (P,)."""
 
     projection: ShadowProjection

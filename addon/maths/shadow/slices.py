@@ -26,6 +26,7 @@ import numpy as np
 
 from ..choices import PartitionChoice
 from ..frusta import Body
+from ..spaces import smoothstep
 from .light_space import LightSpace, round_core
 
 PER_PARTITION = 4  # slices of a partition in which its density is spread evenly
@@ -101,15 +102,9 @@ def tilt_of(space: LightSpace, gamma_lim: float, side: float, depth_ratio: float
     `side` is the frustum's half angle in the plane of light and view.
     """
     full = 0.5 * pi - space.gamma_rad
-    deep = smooth(log(depth_ratio), log(SHALLOW), log(DEEP))
+    deep = smoothstep(log(depth_ratio), log(SHALLOW), log(DEEP))
     most = 0.5 * pi - deep * (side + CLEAR)
-    return min(full, most) * smooth(space.gamma_rad, round_core(gamma_lim), TURNED[0] + deep * (TURNED[1] - TURNED[0]))
-
-
-def smooth(x: float, start: float, end: float) -> float:
-    """0 up to `start`, 1 from `end` on, a cubic between."""
-    share = min(1.0, max(0.0, (x - start) / (end - start)))
-    return share * share * (3.0 - 2.0 * share)
+    return min(full, most) * smoothstep(space.gamma_rad, round_core(gamma_lim), TURNED[0] + deep * (TURNED[1] - TURNED[0]))
 
 
 def along_light(

@@ -13,6 +13,7 @@ from __future__ import annotations
 from math import atan2, cos, expm1, inf, isnan, log, log1p, pi, radians, sin, sqrt, tan
 
 from ..choices import WarpChoice, require
+from ..spaces import smoothstep
 
 EPSILON = 2.0**-52
 LEAST_BEND = 1e-6  # 1/b of a log map: less is none
@@ -173,8 +174,7 @@ def log_apex_parameter(
     if gamma_rad <= half_fov_rad:
         return soft
     depth = warp_depth(near, far, half_fov_rad, gamma_rad)
-    x = (gamma_rad - half_fov_rad) / (limit - half_fov_rad)
-    share = x * x * (3.0 - 2.0 * x)
+    share = smoothstep(gamma_rad, half_fov_rad, limit)
     strength = share * log1p(warp_depth(near, far, half_fov_rad, limit) / flat) + (1.0 - share) * log1p(depth / soft)
     return depth / expm1(strength)
 

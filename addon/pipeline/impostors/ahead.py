@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from ...errors import SceneError
 from ...maths.relief.ahead import ahead_of, next_share
 from ...maths.relief.frame import capture_frame
-from ...maths.relief.life import LifeSettings, Sight
+from ...maths.relief.life import LifeSettings, ViewedImpostor
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from .capture import ImpostorTextures
@@ -40,7 +40,7 @@ class Ahead:
         except SceneError:
             return None
 
-    def holds(self, key: Hashable, sight: Sight, life: LifeSettings) -> bool:
+    def holds(self, key: Hashable, sight: ViewedImpostor, life: LifeSettings) -> bool:
         """Whether a texture captured ahead is good enough here and now (`sight` of it); what was found is learnt from."""
         if sight.betas is None:
             return False

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...maths.domains import one_of, require, require_fields, same_as, within
+from ...maths.frusta import box_corners
 from ...maths.relief.edges import EdgeChoice
 from ...maths.relief.frame import CaptureChoice
-from ...maths.relief.life import LifeSettings, Sight
+from ...maths.relief.life import LifeSettings, ViewedImpostor
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from ...scene.records import Scene
@@ -96,7 +97,7 @@ def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
         box = np.zeros((2, 3))
         if rows.any():
             box = np.stack([bounds[rows, 0].min(axis=0), bounds[rows, 1].max(axis=0)])
-        parts.append(Part(group, rows, _corners(box), box, int(counts[rows].sum()), scene))
+        parts.append(Part(group, rows, box_corners(box), box, int(counts[rows].sum()), scene))
     return parts
 
 
@@ -104,7 +105,7 @@ def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
 class Seen:
     """A sight, the frame that a capture from here would use (None: not worked out, or none is possible), and the predictors by name."""
 
-    sight: Sight
+    sight: ViewedImpostor
     frame: CaptureFrame | None
     errors: dict[str, float]
 
@@ -122,9 +123,3 @@ class View:
     break_even: bool
     triangle_ns: float | None
     pixel_ns: float | None
-
-
-def _corners(box: np.ndarray) -> np.ndarray:
-    """(8, 3) corners of a (2, 3) box."""
-    pick = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    return box[pick, np.arange(3)]

@@ -35,7 +35,7 @@ MARGIN = 1.02
 
 
 @dataclass(frozen=True, eq=False)
-class Casters:
+class ImpostorCasters:
     """Who casts how in a frame: `rows` (I,) bool are drawn as triangles, `textures` stand for the others."""
 
     rows: np.ndarray
@@ -71,7 +71,7 @@ class CasterLibrary:
         plan: ShadowPlan,
         choice: ImpostorChoice,
         frame: ImpostorFrame,
-    ) -> Casters:
+    ) -> ImpostorCasters:
         """Capture what is missing, within the life's limit of captures per picture. Groups drawn as geometry cast as geometry."""
         wanted = [group for group, report in zip(choice.groups, frame.reports, strict=True) if report.stage != "geometry"]
         if maps.ids_kind or maps.cells is not None or any(p.log is not None for p in plan.projections):
@@ -89,7 +89,7 @@ class CasterLibrary:
                     continue
             textures.append(self._kept[part.group.key][1])
             rows &= ~part.rows
-        return Casters(rows, tuple(textures))
+        return ImpostorCasters(rows, tuple(textures))
 
     def _capture(self, draw_list: DrawList, part: Part, light: Light, map_size: int, choice: ImpostorChoice, mark: tuple) -> bool:
         """Capture a group from the light; False where that is not possible."""

@@ -16,7 +16,7 @@ from ...errors import SceneError
 from ...maths.relief.beta import Betas, BoundsSet, betas_of_set, bounds_set
 from ...maths.relief.error import EXACT, ReliefSet, predict, relief_set
 from ...maths.relief.frame import box_area, capture_frame, tilt_rad
-from ...maths.relief.life import SHARED, Sight, share_wrong
+from ...maths.relief.life import SHARED, ViewedImpostor, share_wrong
 from ...maths.relief.warp import CaptureFrame, pixel_from_clip
 from ...maths.view import Camera
 from ..geometry.clusters import frustum_planes, visible
@@ -85,9 +85,9 @@ class Sights:
         seen = []
         for i, part in enumerate(parts):
             if not part.triangles or not shown[i]:
-                seen.append(Seen(Sight(is_visible=False), None, {}))
+                seen.append(Seen(ViewedImpostor(is_visible=False), None, {}))
             elif reaches_near[i] and part.is_cut(view.camera):
-                seen.append(Seen(Sight(is_cut=True), None, {}))
+                seen.append(Seen(ViewedImpostor(is_cut=True), None, {}))
             elif i in places and betas[places[i]].total < np.inf:
                 values = {name: column[places[i]] for name, column in columns.items()}
                 turn = float(tilts[places[i]]), float(shrunk[places[i]])
@@ -151,7 +151,7 @@ class Sights:
         quad_px = frame.width * frame.height * texel_px**2
         room = min(quad_px * view.capture.texels_per_pixel**2, float(view.capture.max_texels) ** 2) * BYTES_PER_TEXEL
         costs = self._geometry_cost(part, view), quad_px * (view.pixel_ns or self.pixel_ns)
-        sight = Sight(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > life.finest)
+        sight = ViewedImpostor(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > life.finest)
         return Seen(sight, None, values)
 
     def _without_texture(self, part: Part, view: View) -> Seen:
@@ -164,7 +164,7 @@ class Sights:
             frame, room, covered = None, 0, 0.0
         too_fine = self._is_too_fine(part.group.key, frame, view.camera)
         costs = self._geometry_cost(part, view), covered * (view.pixel_ns or self.pixel_ns)
-        return Seen(Sight(True, None, np.inf, 0.0, covered, room, *costs, is_too_fine=too_fine), frame, {})
+        return Seen(ViewedImpostor(True, None, np.inf, 0.0, covered, room, *costs, is_too_fine=too_fine), frame, {})
 
     def _geometry_cost(self, part: Part, view: View) -> float:
         """Nanoseconds; infinite where impostors are drawn however cheap the geometry is."""

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from addon.errors import SettingsError
 from addon.maths.relief.beta import Betas
 from addon.maths.relief.error import PREDICTORS
-from addon.maths.relief.life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, Sight, advance, decide, share_wrong
+from addon.maths.relief.life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, ViewedImpostor, advance, decide, share_wrong
 
 RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, sprite_px=1.0, memory_bytes=1000)
 
@@ -19,15 +19,15 @@ def _betas(total: float = 0.0, texel: float = 1.0, trans_n: float = 0.0) -> Beta
     return Betas(screen=1.0, trans_p=total, trans_n=trans_n, total=total, texel=texel)
 
 
-def _sight(**changes) -> Sight:
-    return replace(Sight(betas=_betas(), predicted=0.0, covered_px=100.0, capture_bytes=10, impostor_cost=1.0), **changes)
+def _sight(**changes) -> ViewedImpostor:
+    return replace(ViewedImpostor(betas=_betas(), predicted=0.0, covered_px=100.0, capture_bytes=10, impostor_cost=1.0), **changes)
 
 
 def _live(key: object = 0, **changes) -> ImpostorState:
     return replace(ImpostorState(key, is_captured=True, stage="warp", bytes=10), **changes)
 
 
-def _one(state: ImpostorState, sight: Sight, rules: LifeSettings = RULES) -> Action:
+def _one(state: ImpostorState, sight: ViewedImpostor, rules: LifeSettings = RULES) -> Action:
     return decide([state], [sight], rules)[0]
 
 
