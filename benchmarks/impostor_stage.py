@@ -19,9 +19,9 @@ from addon.pipeline.impostors.draw import draw_impostor
 from addon.pipeline.impostors.views import DrawnImpostor
 from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer, pixel_rays
 from addon.scene.cad import read
-from addon.scene.from_cad import scene_from_model
 from addon.scene.records import Instances, Mesh, Scene
 from addon.settings.groups import Settings
+from tests.from_cad import scene_from_model
 
 CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
 MODELS = (

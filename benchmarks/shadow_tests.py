@@ -18,7 +18,6 @@ import moderngl
 import numpy as np
 
 from addon.images.png import encode_png
-from addon.maths.shadow import oracle as definition
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import device_of
 from addon.pipeline.job import Job
@@ -32,6 +31,7 @@ from benchmarks.smooth_edges import chair_edges, name_of, receivers, straight_ed
 from benchmarks.tables import table
 from benchmarks.views import views
 from tests import scenes
+from tests.pipeline import shadow_definition as definition
 
 INTRO = """# Shadow tests
 

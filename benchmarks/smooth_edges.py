@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from addon.maths.shadow import oracle as definition
 from addon.maths.shadow.lookup import project
 from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
@@ -19,6 +18,7 @@ from addon.scene.records import Scene
 from addon.settings.groups import Settings
 from addon.studies.run import run
 from tests import scenes
+from tests.pipeline import shadow_definition as definition
 
 SIZE = (640, 360)
 FILTERS = ((4, 3), (9, 1), (9, 2), (16, 1))

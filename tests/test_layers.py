@@ -37,7 +37,7 @@ FLOORS = {
     " __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
-    "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit oracle < __init__",
+    "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit < __init__",
     "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < renderer < bake bare_passes remote < __init__",
     "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",
@@ -46,7 +46,7 @@ FLOORS = {
     "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline test_defines < nsm < shadow"
     " < shade < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
-    "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view from_cad cad"
+    "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view cad"
     " platform_deck < __init__",
     "addon/scene/cad": "ears < colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",

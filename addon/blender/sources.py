@@ -60,11 +60,6 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     return Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings)
 
 
-def job_for_view(context: bpy.types.Context) -> Job:
-    """The job of what the user looks at: the 3D viewport under the mouse or, without one, the largest; else the scene's camera."""
-    return ViewReading().job(context)
-
-
 def _space_of_view(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
     area = _viewport(context)
     return area.spaces.active if area else None
@@ -73,7 +68,8 @@ def _space_of_view(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
 class ViewReading:
     """What the user looks at, being read (a `Pending`): Blender's part in slices, the rest on the worker. `scene`, `job` wait for both.
 
-    `space_of` gives the 3D viewport whose visibility counts, None for the whole scene; by default that of the view.
+    That is the 3D viewport under the mouse or, without one, the largest; else the scene's camera. `space_of` gives the 3D viewport whose
+    visibility counts, None for the whole scene; by default that of the view.
     """
 
     def __init__(self, space_of: Callable[[bpy.types.Context], bpy.types.SpaceView3D | None] = _space_of_view) -> None:

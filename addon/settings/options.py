@@ -6,8 +6,6 @@ Defaults, ranges, choices and checks stay in the frozen dataclasses of `maths.ch
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 from ..errors import SettingsError
 from .groups import Settings
 from .impostor_options import IMPOSTOR_OPTIONS
@@ -304,9 +302,3 @@ _CONVERTERS = {"choice": _choice, "switch": _switch, "count": _count, "number": 
 def values_of(settings: Settings) -> dict[str, object]:
     """The options' values in `settings`, by name: the inverse of `with_options` on the defaults."""
     return {option.name: getattr(getattr(settings, option.targets[0][0]), option.targets[0][1]) for option in OPTIONS}
-
-
-def unreached_fields() -> set[tuple[str, str]]:
-    """The (group, field) pairs of `Settings` that no option feeds; a test keeps it empty."""
-    everything = {(group.name, field.name) for group in fields(Settings) for field in fields(getattr(Settings(), group.name))}
-    return everything - {target for option in OPTIONS for target in option.targets}

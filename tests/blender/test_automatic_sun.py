@@ -30,7 +30,7 @@ def of_a_render(blend, room, dark):
 
 def of_the_window(blend, room, dark):
     blend.context.view_layer.update()
-    return room("blender.sources").job_for_view(blend.context)
+    return room("blender.sources").ViewReading().job(blend.context)
 
 
 @pytest.mark.parametrize("made", [of_a_render, of_the_window])

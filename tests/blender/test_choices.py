@@ -140,7 +140,7 @@ def test_panels_and_pictures_choose_the_same_kind_of_light(cube_scene, blend, ro
                 lamp.location = rng.uniform(-3, 3, 3)
                 lamp.data.energy = 10.0 ** rng.uniform(1, 5)
             blend.context.view_layer.update()
-            used = room("blender.sources").job_for_view(blend.context).light
+            used = room("blender.sources").ViewReading().job(blend.context).light
             shown = room("blender.panels.settings").light_type(blend.context)
             assert used.kind.upper() == (shown or "SUN")
             assert (shown is None) == (used.name == "default sun" and source == "AUTOMATIC")

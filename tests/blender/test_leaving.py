@@ -44,7 +44,7 @@ scene = bpy.context.scene
 to_blender(build(50_000), scene.collection)
 scene.render.resolution_x = scene.render.resolution_y = 2000
 scene.cad_shadow.samples, scene.cad_shadow.map_size = "16", 2048
-pending = submit(sources.job_for_view(bpy.context))
+pending = submit(sources.ViewReading().job(bpy.context))
 while pending.progress[1] in ("waiting", "upload"):
     time.sleep(0.01)
 """

@@ -136,7 +136,7 @@ def test_python_does_not_wait_for_work_that_nobody_gives_up(background):
 def test_a_comparison_given_up_while_it_traces_gives_no_result(cube_scene, room):
     import bpy
 
-    job, is_given_up = room("blender.sources").job_for_view(bpy.context), threading.Event()
+    job, is_given_up = room("blender.sources").ViewReading().job(bpy.context), threading.Event()
 
     def say(_fraction, stage):
         if stage == "tracing rays":

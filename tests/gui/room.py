@@ -160,7 +160,7 @@ def live_key() -> tuple | None:
 def present_job() -> object:
     """The job of the viewport as everything is now, read anew."""
     with here():
-        return addon("blender.sources").job_for_view(bpy.context)
+        return addon("blender.sources").ViewReading().job(bpy.context)
 
 
 def click_away() -> Generator:

@@ -6,11 +6,11 @@ import pytest
 pytest.importorskip("embreex")
 
 from addon.scene.default_view import camera_for_view, camera_from_eye  # noqa: E402
-from addon.scene.from_cad import scene_from_model  # noqa: E402
 from addon.scene.platform_deck import build  # noqa: E402
 from addon.settings.groups import Settings  # noqa: E402
 from addon.studies.truth import TruthTracer, compare_view  # noqa: E402
 from benchmarks.views import lights  # noqa: E402
+from tests.from_cad import scene_from_model  # noqa: E402
 
 SIZE = (320, 180)
 SMALL = Settings().replaced(fit={"size": 512})

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from addon.errors import SettingsError
-from addon.maths.shadow import oracle as definition
 from addon.maths.shadow.lookup import texel_footprint
 from addon.pipeline.device import device_of
 from addon.pipeline.job import Job
@@ -15,6 +14,7 @@ from addon.settings.groups import PCF_COUNTS, Settings, TestChoice
 from addon.studies.run import run
 from tests import scenes
 from tests.pipeline import oracle
+from tests.pipeline import shadow_definition as definition
 
 SIZE, MAP = (160, 90), 128
 CAMERA = scenes.look_at((1.9, -2.3, 1.6), (0.0, 0.1, 0.3), near=0.3, far=60.0)

@@ -5,9 +5,9 @@ import pytest
 
 from addon.errors import SettingsError
 from addon.scene.default_view import outline_points
-from addon.scene.from_cad import scene_from_model
 from addon.scene.mesh_prep import drawable
 from addon.scene.platform_deck import build
+from tests.from_cad import scene_from_model
 
 
 @pytest.mark.parametrize("triangles", [10_000, 30_000, 150_000, 1_000_000])

@@ -13,7 +13,6 @@ import numpy as np
 SMALLEST_RADIUS_PX = 2.0
 LARGEST_DISTANCE_PX = 64.0
 ACNE_THRESHOLD = 0.01
-KEYS = ("misclassified_pct", "acne_pct", "leak_pct", "edge_px_median", "edge_px_p95")
 ACNE_COLOR, LEAK_COLOR, EDGE_COLOR = (0.90, 0.10, 0.10), (0.10, 0.35, 0.95), (0.95, 0.75, 0.10)
 
 

@@ -60,13 +60,6 @@ def towards_light(light: Light, points_ws: np.ndarray) -> np.ndarray:
     return ray / np.linalg.norm(ray, axis=-1, keepdims=True)
 
 
-def light_depth(light: Light, points_ws: np.ndarray) -> np.ndarray:
-    """Light depth (…,) in metres, growing away from the light: −y_ls of the sun (zero at the world's origin), the distance otherwise."""
-    if light.kind == "sun":
-        return -(np.asarray(points_ws, np.float64) @ light.direction_ws)
-    return np.linalg.norm(np.asarray(points_ws, np.float64) - light.position_ws, axis=-1)
-
-
 def partition_index(plan: ShadowPlan, camera: Camera, points_ws: np.ndarray) -> np.ndarray:
     """(…,) int32: the first projection whose depth bounds and planes hold; −1 where none does."""
     depth = -transform(camera.view_from_world, points_ws)[..., 2]

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...maths.shadow.cut import reach_limit
-from ...maths.shadow.oracle import spread_neighbours
 from ...maths.shadow.projection import ShadowPlan
 from ...settings.groups import BIASES, FILTER_UNITS, TESTS, TestChoice
 
@@ -26,6 +27,12 @@ IDS_NONE, IDS_OBJECT, IDS_TRIANGLE = 0, 1, 2
 def ids_kind(test: TestChoice) -> int:
     """What the map stores beside the depth: nothing, an object number (R32UI), or slot + 1 and triangle (RG32UI)."""
     return {"depth": IDS_NONE, "id-depth": IDS_OBJECT, "triangle": IDS_TRIANGLE}[test.kind]
+
+
+def spread_neighbours(depths: int) -> np.ndarray:
+    """(n − 1, 2) int cells (x, y) whose depths an n-SM with n ≥ 4 keeps beside its own: spread evenly round the centre (SMMVP §4.5.4)."""
+    angles = np.pi / 2 + 2.0 * np.pi * np.arange(depths - 1) / (depths - 1)
+    return np.rint(1.2 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)).astype(np.int64)
 
 
 def neighbour_define(depths: int) -> dict[str, str]:

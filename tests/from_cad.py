@@ -1,13 +1,13 @@
-"""A `CadModel` straight to a `Scene`, without Blender: for tests, benchmarks and tools. Same preparation as `blender/snapshot`'s."""
+"""A `CadModel` straight to a `Scene`, without Blender: for tests and benchmarks. Same preparation as `blender/snapshot`'s."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from .cad_model import CadMesh, CadModel
-from .mesh_pieces import RawMesh, prepare_all
-from .mesh_prep import DEFAULT_CREASE_RAD
-from .records import Instances, Scene
+from addon.scene.cad_model import CadMesh, CadModel
+from addon.scene.mesh_pieces import RawMesh, prepare_all
+from addon.scene.mesh_prep import DEFAULT_CREASE_RAD
+from addon.scene.records import Instances, Scene
 
 GREY = (0.8, 0.8, 0.8, 1.0)
 

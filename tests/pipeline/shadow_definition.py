@@ -10,15 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..view import Light
-from .lookup import project, texel_footprint, towards_light, unproject
-from .projection import ShadowProjection
-
-
-def spread_neighbours(depths: int) -> np.ndarray:
-    """(n − 1, 2) int cells (x, y) whose depths an n-SM with n ≥ 4 keeps beside its own: spread evenly round the centre (SMMVP §4.5.4)."""
-    angles = np.pi / 2 + 2.0 * np.pi * np.arange(depths - 1) / (depths - 1)
-    return np.rint(1.2 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)).astype(np.int64)
+from addon.maths.shadow.lookup import project, texel_footprint, towards_light, unproject
+from addon.maths.shadow.projection import ShadowProjection
+from addon.maths.view import Light
+from addon.pipeline.passes.test_defines import spread_neighbours
 
 
 def selected_places(depth: np.ndarray, depths: int) -> np.ndarray:
