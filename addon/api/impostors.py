@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
@@ -12,7 +12,6 @@ import numpy as np
 from ..blender.impostors.chosen import ChosenImpostors
 from ..blender.impostors.plane import make_plane
 from ..blender.rendering import animated, read
-from ..blender.snapshot import marked_instead
 from ..errors import SceneError, UserError
 from ..maths.relief.warp import CaptureFrame
 from ..pipeline.impostors.baked import BakedImpostor
@@ -122,8 +121,7 @@ def impostors(
     """
     scene = scene or bpy.context.scene
     chosen = ChosenImpostors.of(objects, scene.name)
-    with marked_instead(chosen.holders):
-        job = read(scene, wish_for(scene, **arguments))
+    job = read(scene, replace(wish_for(scene, **arguments), marked=chosen.holders))
     results = baked(job, chosen.some(job.scene), unlit)
     for result in results:
         if isinstance(result, UserError):
@@ -149,11 +147,11 @@ def impostor_path(
         raise SceneError("Say where the camera goes: orbit_deg=… or frames=(first, last).")
     wish = wish_for(scene, **{"impostor_break_even": False} | arguments)
     chosen = ChosenImpostors.of(objects, scene.name)
-    with marked_instead(chosen.holders):
-        first = read(scene, wish)
-        groups = chosen.some(first.scene)
-        if orbit_deg is not None:
-            jobs: Iterator[tuple[float, Job]] = orbit(first, orbit_deg, steps or max(round(abs(orbit_deg)), 1), groups)
-        else:
-            jobs = animated(scene, wish, *frames)
-        return ImpostorPath(tuple(walk(jobs, chosen.groups, choice_for(groups, first.settings.impostor, exact=True))))
+    wish.marked = chosen.holders
+    first = read(scene, wish)
+    groups = chosen.some(first.scene)
+    if orbit_deg is not None:
+        jobs: Iterator[tuple[float, Job]] = orbit(first, orbit_deg, steps or max(round(abs(orbit_deg)), 1), groups)
+    else:
+        jobs = animated(scene, wish, *frames)
+    return ImpostorPath(tuple(walk(jobs, chosen.groups, choice_for(groups, first.settings.impostor, exact=True))))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
+
+import bpy
 
 from ..errors import UserError
 from ..maths.view import Camera
@@ -25,7 +28,7 @@ class RenderWish:
 
     None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
     `lens` changes whatever camera it is. `is_drawing`: the camera is a standard view, to be lit as drawings are. With `reads_only` the
-    engine notes the `job` and draws nothing.
+    engine notes the `job` and draws nothing. `marked`: what counts as marked as impostors instead of what the file marks.
     """
 
     name: str
@@ -38,6 +41,7 @@ class RenderWish:
     warnings: tuple[str, ...] = ()
     is_drawing: bool = False
     reads_only: bool = False
+    marked: Sequence[bpy.types.ID] | None = None
     job: Job | None = field(default=None, init=False)
     outcome: Outcome | None = field(default=None, init=False)
     error: UserError | None = field(default=None, init=False)
@@ -48,19 +52,19 @@ def isometric(scene: Scene, size: tuple[int, int]) -> Camera:
     return camera_for_view(scene, size, "iso")
 
 
-_wishes: list[RenderWish] = []
+_active: ContextVar[RenderWish | None] = ContextVar("cad-shadow-wish", default=None)
 
 
 def active_wish() -> RenderWish | None:
     """The wish being rendered, None for a plain F12."""
-    return _wishes[-1] if _wishes else None
+    return _active.get()
 
 
 @contextmanager
 def active(wish: RenderWish) -> Iterator[None]:
-    """`wish` is what the engine finds as the `active_wish` while this lasts."""
-    _wishes.append(wish)
+    """`wish` is what the engine finds as the `active_wish` while this lasts: Blender calls it on this thread and hands nothing through."""
+    token = _active.set(wish)
     try:
         yield
     finally:
-        _wishes.pop()
+        _active.reset(token)

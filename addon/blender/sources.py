@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from math import inf
@@ -44,7 +44,7 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     """The job of a render (F12, animation, `rendering.render`): the scene's camera, light and settings, unless a wish says otherwise."""
     blender_scene, wish = depsgraph.scene, active_wish() or RenderWish(bpy.data.filepath or "unsaved scene")
     size = render_size(blender_scene)
-    scene, sync_ms = _read(_render_reader, depsgraph, size)
+    scene, sync_ms = _read(_render_reader, depsgraph, size, wish.marked)
     scene.bounds_ws()  # says so when there is nothing
     if wish.camera is not None:
         camera, camera_warnings = wish.camera(scene, size), ()
@@ -167,11 +167,11 @@ def _view_camera(context: bpy.types.Context, scene: Scene) -> tuple[Camera, tupl
 
 
 def _read(
-    reader: SceneReader, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], space: bpy.types.SpaceView3D | None = None
+    reader: SceneReader, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], marked: Sequence[bpy.types.ID] | None
 ) -> tuple[Scene, float]:
     """The scene and the milliseconds it took."""
     begin = time.perf_counter()
-    scene = reader.read(depsgraph, size=size, crease_angle_rad=depsgraph.scene.cad_shadow.crease_angle, space=space)
+    scene = reader.read(depsgraph, size=size, crease_angle_rad=depsgraph.scene.cad_shadow.crease_angle, marked=marked)
     return scene, (time.perf_counter() - begin) * 1e3
 
 

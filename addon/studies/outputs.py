@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 
 import numpy as np
@@ -21,34 +22,34 @@ from .run import Outcome
 from .scratch import PART, beside
 
 _UNFIT = re.compile("[\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
-_records: list[tuple[str, list[Path]]] = []
-_claims: list[dict[Path, str]] = []
+_records: ContextVar[tuple[tuple[str, list[Path]], ...]] = ContextVar("cad-shadow-records", default=())
+_claims: ContextVar[tuple[dict[Path, str], ...]] = ContextVar("cad-shadow-claims", default=())
 
 
 @contextmanager
 def recorded(owner: str = "") -> Iterator[list[Path]]:
     """A list that while this lasts gets the absolute path of every file written, in order; `owner` is the input that they belong to."""
     paths: list[Path] = []
-    _records.append((owner, paths))
+    token = _records.set((*_records.get(), (owner, paths)))
     try:
         yield paths
     finally:
-        _records.pop()
+        _records.reset(token)
 
 
 @contextmanager
 def run_of_results() -> Iterator[None]:
     """While this lasts no file is written for two owners: the second is refused."""
-    _claims.append({})
+    token = _claims.set((*_claims.get(), {}))
     try:
         yield
     finally:
-        _claims.pop()
+        _claims.reset(token)
 
 
 def claim(path: Path, owner: str) -> None:
     """Note that a file was written for `owner`; raises `OutputError` when the same run wrote it for another."""
-    for claims in _claims:
+    for claims in _claims.get():
         if claims.setdefault(path, owner) != owner:
             raise OutputError(f"{path} was written for {claims[path]} in this run: give the results of {owner} another name or folder.")
 
@@ -88,9 +89,10 @@ def written(path: Path, check: Callable[[Path], None] | None = None) -> Iterator
             yield temporary
             _complete(path, temporary, check)
             check_target(path)
-            claim(path, _records[-1][0] if _records else "")
+            records = _records.get()
+            claim(path, records[-1][0] if records else "")
             os.replace(temporary, path)
-        for _, paths in _records:
+        for _, paths in records:
             paths.append(path)
     except OSError as error:
         raise _cannot(path, error) from error

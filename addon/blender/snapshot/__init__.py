@@ -3,7 +3,7 @@
 from .cameras import camera_from_object, camera_from_region
 from .lights import choose_light, light_from_object, reaches
 from .marks import PROPERTY as IMPOSTOR_PROPERTY
-from .marks import mark_of_id, marked, marked_instead
+from .marks import mark_of_id, marked
 from .reader import Collected, SceneReader
 
 __all__ = [
@@ -16,6 +16,5 @@ __all__ = [
     "light_from_object",
     "mark_of_id",
     "marked",
-    "marked_instead",
     "reaches",
 ]

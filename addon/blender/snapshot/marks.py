@@ -7,8 +7,7 @@ marked empty above it, then that of the smallest collection it is in.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import bpy
@@ -29,31 +28,18 @@ def marked(holders: bpy.types.bpy_prop_collection) -> list[bpy.types.ID]:
     return [one for one, is_marked in zip(holders, flags, strict=True) if is_marked] if flags.any() else []
 
 
-_instead: list[list[bpy.types.ID]] = []
-
-
-@contextmanager
-def marked_instead(holders: Sequence[bpy.types.ID]) -> Iterator[None]:
-    """While this lasts, scenes are read as if these objects and collections were marked, and nothing else. Nothing in the file changes."""
-    _instead.append(list(holders))
-    try:
-        yield
-    finally:
-        _instead.pop()
-
-
-def _holders() -> list[bpy.types.ID]:
-    return _instead[-1] if _instead else [*marked(bpy.data.collections), *marked(bpy.data.objects)]
-
-
 def mark_of_id(holder: bpy.types.ID) -> Mark:
     """The mark of an object or a collection."""
     return Mark("collection" if isinstance(holder, bpy.types.Collection) else "object", holder.session_uid, name=holder.name)
 
 
-def mark_reader() -> MarkOf | None:
-    """A function from a depsgraph's instance to the impostor it belongs to; None when nothing is marked."""
-    groups = [(holder, members_of(holder)) for holder in _holders()]
+def mark_reader(instead: Sequence[bpy.types.ID] | None = None) -> MarkOf | None:
+    """A function from a depsgraph's instance to the impostor it belongs to; None when nothing is marked.
+
+    `instead` of the file's marks these objects and collections count as marked, and nothing else.
+    """
+    holders = [*marked(bpy.data.collections), *marked(bpy.data.objects)] if instead is None else instead
+    groups = [(holder, members_of(holder)) for holder in holders]
     wide = sorted(groups, key=lambda group: (not isinstance(group[0], bpy.types.Collection), -len(group[1])))
     by_object = {ob.session_uid: mark_of_id(holder) for holder, members in wide for ob in members}
     by_object |= {holder.session_uid: mark_of_id(holder) for holder, _ in groups if isinstance(holder, bpy.types.Object)}

@@ -13,6 +13,7 @@ and normals, is `Collected.scene`, on any thread.
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import ceil, inf, log2
 
@@ -58,13 +59,17 @@ class SceneReader:
         crease_angle_rad: float = DEFAULT_CREASE_RAD,
         use_object_color: bool = False,
         space: bpy.types.SpaceView3D | None = None,
+        marked: Sequence[bpy.types.ID] | None = None,
     ) -> Scene:
         """The scene as the depsgraph shows it. Cameras are made for `size` = (width, height) pixels, the active one first.
 
         `space` restricts it to what that 3D viewport shows (local view, hidden collections). An empty scene is a `Scene` without
-        instances; `Scene.bounds_ws` says so. What could not be drawn is named in `warnings`.
+        instances; `Scene.bounds_ws` says so. What could not be drawn is named in `warnings`. `marked` are the impostors' objects and
+        collections instead of those that the file marks.
         """
-        collected = self.collect(depsgraph, crease_angle_rad=crease_angle_rad, use_object_color=use_object_color, space=space)
+        collected = self.collect(
+            depsgraph, crease_angle_rad=crease_angle_rad, use_object_color=use_object_color, space=space, marked=marked
+        )
         scene = collected.scene()
         self.take(collected)
         cameras, complaints = _cameras(collected.rows, depsgraph, size, scene.origin_ws)
@@ -78,6 +83,7 @@ class SceneReader:
         use_object_color: bool = False,
         space: bpy.types.SpaceView3D | None = None,
         seconds: float = inf,
+        marked: Sequence[bpy.types.ID] | None = None,
     ) -> Collected | None:
         """The first half of `read`, all that needs Blender: arrays and numbers, the new meshes as yet without names and normals.
 
@@ -85,7 +91,7 @@ class SceneReader:
         """
         session = _Session(self, crease_angle_rad, time.perf_counter() + seconds)
         try:
-            rows = InstanceLoop(depsgraph, session.number_of, use_object_color, space, mark_reader()).run()
+            rows = InstanceLoop(depsgraph, session.number_of, use_object_color, space, mark_reader(marked)).run()
         except _TimeIsUp:
             self._fetched = session.fetched
             return None

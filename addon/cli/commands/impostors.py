@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
@@ -13,7 +14,6 @@ from ...blender.impostors.chosen import ChosenImpostors
 from ...blender.impostors.plane import write_plane
 from ...blender.render_wish import RenderWish
 from ...blender.rendering import animated, read
-from ...blender.snapshot import marked_instead
 from ...errors import UserError
 from ...images.png import encode_png
 from ...images.srgb import srgb
@@ -34,8 +34,7 @@ TOLD_EVERY = 10
 def impostor_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Capture from the view; images, JSON and, if asked for, a plane per impostor. One that fails stops no other."""
     chosen = ChosenImpostors.of(args.objects, stem.name)
-    with marked_instead(chosen.holders):
-        job = read(scene, wish)
+    job = read(scene, replace(wish, marked=chosen.holders))
     groups = chosen.some(job.scene)
     entries, errors, done, gl = [], [], [], {}
     names = [stem.with_name(f"{stem.name}_{name}") for name in unique_names([group.name for group in groups])]
@@ -75,8 +74,7 @@ def path_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: arg
     if "option_impostor_break_even" not in args:
         wish.settings = wish.settings.replaced(impostor={"break_even": False})
     chosen = ChosenImpostors.of(args.objects, stem.name)
-    with marked_instead(chosen.holders):
-        return _walked(scene, wish, chosen, stem, args)
+    return _walked(scene, replace(wish, marked=chosen.holders), chosen, stem, args)
 
 
 def _walked(
