@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..maths.choices import require
+from ..maths.spaces import with_depth_range
 from ..maths.view import Camera, Light
 from .default_view import camera_for_view, camera_from_eye
 from .records import Scene
@@ -37,10 +38,7 @@ class Lens:
         if self.half_fov_rad is not None:
             require(not camera.is_orthographic, f"Camera '{camera.name}' is orthographic and has no field of view.")
             clip_from_view[:2] *= 1.0 / (tan(self.half_fov_rad) * clip_from_view[1, 1])
-        if camera.is_orthographic:
-            clip_from_view[2, 2], clip_from_view[2, 3] = 2.0 / (near - far), (near + far) / (near - far)
-        else:
-            clip_from_view[2, 2], clip_from_view[2, 3] = (far + near) / (near - far), 2.0 * far * near / (near - far)
+        clip_from_view = with_depth_range(clip_from_view, near, far, camera.is_orthographic)
         return replace(camera, clip_from_view=clip_from_view, near=near, far=far)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import SettingsError
 from ..maths.frusta import box_corners
 from ..maths.nearest import distance_to_triangles
-from ..maths.spaces import transform
+from ..maths.spaces import perspective, transform
 from ..maths.view import Camera, Light
 from .records import Scene
 
@@ -61,15 +61,13 @@ def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray) -> np.
     return view
 
 
-def perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.ndarray:
-    """(4, 4) OpenGL projection; `aspect` = width / height."""
+def _checked_perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.ndarray:
+    """(4, 4) OpenGL projection; `aspect` = width / height. Raises `SettingsError` where there is none."""
     if not 0.0 < fov_y_rad < np.pi:
         raise SettingsError("The vertical field of view must lie between 0° and 180°.")
     if not 0.0 < near < far < np.inf:
         raise SettingsError("The near distance must be positive and smaller than the far distance.")
-    f = 1.0 / tan(fov_y_rad / 2)
-    depth = near - far
-    return np.array([[f / aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, (far + near) / depth, 2 * far * near / depth], [0, 0, -1.0, 0]])
+    return perspective(0.5 * fov_y_rad, aspect, near, far)
 
 
 def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
@@ -95,7 +93,7 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     view = np.eye(4)
     view[:3, :3], view[:3, 3] = rotation, -rotation @ eye
     near, far = depth_range(view, scene, points)
-    return Camera(view, perspective(fov_y_rad, aspect, near, far), near, far, name)
+    return Camera(view, _checked_perspective(fov_y_rad, aspect, near, far), near, far, name)
 
 
 def outline_points(scene: Scene) -> np.ndarray:
@@ -152,7 +150,7 @@ def camera_from_eye(
     """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views."""
     view = look_at(np.array(eye) - scene.origin_ws, np.array(target) - scene.origin_ws, np.array(up))
     near, far = depth_range(view, scene)
-    return Camera(view, perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
+    return Camera(view, _checked_perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
 
 
 def world_sun() -> Light:
