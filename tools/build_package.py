@@ -29,6 +29,7 @@ PLATFORMS = {
     "macos-arm64": ["macosx_11_0_arm64"],
 }
 PACKED = ("__init__.py", "addon", "licences", "LICENSE", "README.md", "CHANGELOG.md")
+ONLY_FOR_BENCHMARKS = ("addon/pipeline/bare_passes.py", "addon/shaders/bare.vert", "addon/shaders/bare.frag")
 MAX_ZIP_MB = 100
 
 
@@ -72,15 +73,23 @@ def copy_licences(wheels: dict[str, Path], folder: Path) -> None:
         (folder / f"{distribution}.txt").write_bytes(text)
 
 
-def stage(folder: Path, platforms: list[str]) -> None:
-    """A clean copy of what goes into the package, with its wheels and the manifest that lists them."""
-    (folder / "wheels").mkdir(parents=True)
+def copy_sources(folder: Path) -> None:
+    """A clean copy of the sources, without what only benchmarks need (the command `bench` says so)."""
+    folder.mkdir(parents=True)
     for name in PACKED:
         source = ROOT / name
         if source.is_dir():
             shutil.copytree(source, folder / name, ignore=shutil.ignore_patterns("__pycache__", ".*"))
         else:
             shutil.copy2(source, folder / name)
+    for name in ONLY_FOR_BENCHMARKS:
+        (folder / name).unlink()
+
+
+def stage(folder: Path, platforms: list[str]) -> None:
+    """A clean copy of what goes into the package, with its wheels and the manifest that lists them."""
+    copy_sources(folder)
+    (folder / "wheels").mkdir()
     wheels = {wheel.name: wheel for platform in platforms for python in PYTHONS for wheel in fetch_wheels(platform, python)}
     for name, wheel in wheels.items():
         shutil.copy2(wheel, folder / "wheels" / name)

@@ -18,7 +18,6 @@ import numpy as np
 from ...blender.render_wish import RenderWish
 from ...blender.rendering import render
 from ...maths.view import Camera
-from ...pipeline.bare_passes import forget, timed
 from ...pipeline.job import Job
 from ...pipeline.remote.renderer import RemoteRenderer
 from ...pipeline.renderer import Renderer
@@ -26,6 +25,12 @@ from ...studies.outputs import write_json
 from ...studies.run import renderer
 from ...studies.terminal import complain
 
+try:
+    from ...pipeline import bare_passes
+except ImportError:  # the package leaves them out
+    bare_passes = None
+
+LEFT_OUT = "bare passes: left out, they come with the source only; from a checkout ./dev bench times them too"
 ORBIT_STEP_RAD = np.radians(1.0)
 
 
@@ -47,19 +52,19 @@ def run(
 
     The first frame is not counted.
     """
-    times: dict[str, list[float]] = {name: [] for name in ("ours", "bare passes", *rivals)}
+    times: dict[str, list[float]] = {}
     for number, camera in enumerate(cameras(job, frames)):
-        ours, plain = renderer.submit(replace(job, camera=camera), timed)[0].result()
-        measured = {"ours": ours, "bare passes": plain}
+        measured = _own_times(replace(job, camera=camera), renderer)
         for rival in rivals:
             measured[rival] = _rival_time(blender_scene, rival, job, camera)
         if number:
             for name, value in measured.items():
-                times[name].append(value)
+                times.setdefault(name, []).append(value)
         say(
             f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)")
         )
-    renderer.submit(job, forget)[0].result()
+    if bare_passes is not None:
+        renderer.submit(job, bare_passes.forget)[0].result()
     medians = {name: median(values) for name, values in times.items()}
     return {
         "triangles": job.scene.triangle_count,
@@ -69,8 +74,17 @@ def run(
         "frames": frames,
         "times_ms": times,
         "median_ms": medians,
+        "left_out": [] if bare_passes else [LEFT_OUT],
         "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"},
     }
+
+
+def _own_times(job: Job, renderer: Renderer | RemoteRenderer) -> dict[str, float]:
+    """Milliseconds of our frame and, where they are at hand, of the bare passes."""
+    if bare_passes is None:
+        return {"ours": renderer.submit(job)[0].result().timing_ms["total"]}
+    ours, plain = renderer.submit(job, bare_passes.timed)[0].result()
+    return {"ours": ours, "bare passes": plain}
 
 
 def _rival_time(scene: bpy.types.Scene, rival: str, job: Job, camera: Camera) -> float:
@@ -120,7 +134,7 @@ def text_table(result: dict[str, object]) -> str:
     )
     rows = [f"{'ours':<14}{result['median_ms']['ours']:>10.0f} ms"]
     rows += [f"{name:<14}{result['median_ms'][name]:>10.0f} ms   ours = {ratio:.2f} × this" for name, ratio in result["ours_over"].items()]
-    return "\n".join([head, *rows])
+    return "\n".join([head, *rows, *result["left_out"]])
 
 
 def bench_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
