@@ -56,16 +56,18 @@ def light_camera(job: Job, plan: ShadowPlan, aspect: float) -> Camera:
 
 def light_picture(job: Job, plan: ShadowPlan, size: tuple[int, int]) -> np.ndarray:
     """(h, w, 3) uint8: the light's view of `job`, whose shadow maps are `plan`'s. Raises as `run.run` does."""
+    from ..pipeline.passes.gbuffer import seen_surface  # loads OpenGL
+
     eye = light_camera(job, plan, size[0] / size[1])
     shown = replace(job, camera=eye, light=None, size=size, settings=job.settings.replaced(shading={"samples": 1}), measure=False)
     passes = run(replace(shown, passes=("depth", "normal"))).frame.passes
     image = np.full((size[1], size[0], 3), BACKGROUND, np.uint8)
-    seen, points = _surface(passes["depth"], eye)
+    seen, points = seen_surface(passes["depth"], eye, np.float64)
     clip = transform(job.camera.clip_from_world, points)
     inside = (np.abs(clip[:, :3]) <= clip[:, 3:]).all(axis=1)
     index = np.where(inside, partition_index(plan, job.camera, points), -1)
-    shade = 0.35 + 0.65 * np.abs(passes["normal"][seen] @ eye.direction_ws.astype(np.float32))
-    image[seen] = np.rint(id_colors(index) * shade[:, None]).astype(np.uint8)
+    shade = 0.35 + 0.65 * np.abs(passes["normal"][::-1][seen] @ eye.direction_ws.astype(np.float32))
+    image[::-1][seen] = np.rint(id_colors(index) * shade[:, None]).astype(np.uint8)
     _draw_outlines(image, job, plan, eye)
     return image
 
@@ -83,18 +85,6 @@ def _reach(job: Job, plan: ShadowPlan) -> tuple[float, float]:
     served = [p for p in plan.projections if not p.is_empty] or plan.projections
     near = max(min(p.near for p in served), job.camera.near)
     return near, max(min(max(p.far for p in served), job.camera.far), near * 1.001 if near > 0.0 else near + 1e-3)
-
-
-def _surface(depth: np.ndarray, eye: Camera) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w) where there is a surface, row 0 at the top, and its (P, 3) points in that order."""
-    from ..pipeline.passes.gbuffer import pixel_rays  # loads OpenGL
-
-    seen = np.isfinite(depth)
-    height, width = depth.shape
-    y, x = np.nonzero(seen)
-    pixel = np.stack([x + 0.5, height - (y + 0.5), np.ones(len(x))])
-    along, start = pixel_rays(eye, (width, height))
-    return seen, (start @ pixel + (along @ pixel) * depth[seen]).T
 
 
 def _draw_outlines(image: np.ndarray, job: Job, plan: ShadowPlan, eye: Camera) -> None:

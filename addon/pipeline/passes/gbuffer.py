@@ -93,14 +93,20 @@ def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.nd
     return w[:3, :3] @ along_vs, start
 
 
-def surface_points_ws(view_depth: np.ndarray, camera: Camera) -> np.ndarray:
-    """(P, 3) float32 world points of all pixels of `view_depth` (h, w; row 0 at the bottom; 0 = nothing)."""
+def seen_surface(depth: np.ndarray, camera: Camera, dtype: type = np.float32) -> tuple[np.ndarray, np.ndarray]:
+    """(h, w) where a `depth` pass (row 0 at the top; inf = nothing) has a surface, rows from the bottom up, and its (P, 3) points."""
+    seen = np.isfinite(depth[::-1])
+    return seen, surface_points_ws(np.where(seen, depth[::-1], np.float32(0.0)), camera, dtype)
+
+
+def surface_points_ws(view_depth: np.ndarray, camera: Camera, dtype: type = np.float32) -> np.ndarray:
+    """(P, 3) world points of all pixels of `view_depth` (h, w; row 0 at the bottom; 0 = nothing)."""
     height, width = view_depth.shape
-    along, start = (m.astype(np.float32) for m in pixel_rays(camera, (width, height)))
+    along, start = (m.astype(dtype) for m in pixel_rays(camera, (width, height)))
     y, x = np.nonzero(view_depth)
     z = view_depth[y, x]
-    px, py = x.astype(np.float32) + 0.5, y.astype(np.float32) + 0.5
-    points = np.empty((len(z), 3), np.float32)
+    px, py = x.astype(dtype) + 0.5, y.astype(dtype) + 0.5
+    points = np.empty((len(z), 3), dtype)
     for axis in range(3):
         points[:, axis] = (start[axis, 0] * px + start[axis, 1] * py + start[axis, 2]) + z * (
             along[axis, 0] * px + along[axis, 1] * py + along[axis, 2]

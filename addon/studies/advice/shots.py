@@ -42,11 +42,13 @@ class Shot:
     @cached_property
     def _surface(self) -> tuple[np.ndarray, np.ndarray]:
         """(P, 3) points and (P, 3) normals of all pixels of a small picture that show a surface."""
+        from ...pipeline.passes.gbuffer import seen_surface  # loads OpenGL
+
         job = self.job
         passes = run(
             replace(job, size=self._small, light=None, settings=_quick(job.settings), passes=("depth", "normal"), measure=False)
         ).frame.passes
-        seen, points = _seen(passes["depth"], job)
+        seen, points = seen_surface(passes["depth"], job.camera)
         return points, passes["normal"][::-1][seen]
 
     @cached_property
@@ -97,10 +99,12 @@ class Shot:
 
         Drawn twice: the first time may compile shaders and upload, which says nothing about the time of the next picture.
         """
+        from ...pipeline.passes.gbuffer import seen_surface  # loads OpenGL
+
         job = replace(self.job, settings=_quick(settings), passes=("depth", "normal", "aliasing"), measure=False)
         run(job)
         frame = run(job).frame
-        seen, points = _seen(frame.passes["depth"], job)
+        seen, points = seen_surface(frame.passes["depth"], job.camera)
         facing = (frame.passes["normal"][::-1][seen] * towards_light(job.light, points)).sum(axis=1) > FACING
         return {**statistics(frame.passes["aliasing"][::-1][seen][facing]), "frame": self.frame, "total_ms": frame.timing_ms["total"]}
 
@@ -114,14 +118,6 @@ def small_size(size: tuple[int, int]) -> tuple[int, int]:
 def _quick(settings: Settings) -> Settings:
     """One camera sample per pixel: the data passes have no more."""
     return settings.replaced(shading={"samples": 1})
-
-
-def _seen(depth: np.ndarray, job: Job) -> tuple[np.ndarray, np.ndarray]:
-    """(h, w) where there is a surface, rows from the bottom up, and its (P, 3) points."""
-    from ...pipeline.passes.gbuffer import surface_points_ws  # loads OpenGL
-
-    seen = np.isfinite(depth[::-1])
-    return seen, surface_points_ws(np.where(seen, depth[::-1], np.float32(0.0)), job.camera)
 
 
 def statistics(errors: np.ndarray) -> dict[str, object]:
