@@ -10,6 +10,7 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -33,32 +34,32 @@ class Noted(NamedTuple):
     is_read: bool
 
 
-_runs: list[dict[Key, Noted]] = []
+_runs: ContextVar[tuple[dict[Key, Noted], ...]] = ContextVar("cad-shadow-runs", default=())
 
 
 @contextmanager
 def run_of_inputs() -> Iterator[dict[Key, Noted]]:
     """While this lasts every file noted counts as an input; gives them by what the disk knows them by."""
     noted: dict[Key, Noted] = {}
-    _runs.append(noted)
+    token = _runs.set((*_runs.get(), noted))
     try:
         yield noted
     finally:
-        _runs.pop()
+        _runs.reset(token)
 
 
 def note(path: Path, is_read: bool = False) -> None:
     """Count a file, if there is one, as an input of the runs that last."""
     with suppress(OSError, ValueError):  # not there, or not a name that a file can have
         key = _key(path)
-        for noted in _runs:
+        for noted in _runs.get():
             before = noted.get(key, Noted(Path(path), False))
             noted[key] = Noted(before.path, before.is_read or is_read)
 
 
 def is_input(path: Path) -> bool:
     """Whether this is a file, by whatever name, that was noted in a run that lasts."""
-    return any(_key(path) in noted for noted in _runs)
+    return any(_key(path) in noted for noted in _runs.get())
 
 
 def _key(path: Path) -> Key:
