@@ -1,5 +1,6 @@
 """No file of the user is lost: what is replaced, what is refused, what a full disk does, what is left behind."""
 
+import errno
 import os
 import socket
 import stat
@@ -123,6 +124,23 @@ def test_a_full_disk_costs_no_old_file(tmp_path):
         assert {p.name for p in place.iterdir()} == {"report.json", "filler"}
     finally:
         subprocess.run(["umount", str(place)], check=True)
+
+
+@pytest.mark.parametrize("number", [errno.EDQUOT, errno.ENOSPC, errno.EIO, errno.EINVAL, errno.ENOSYS])
+def test_a_disk_that_fails_late_costs_no_old_file_and_one_that_cannot_tell_is_believed(old, monkeypatch, number):
+    """A server says that it is full when it is asked to keep the file, not before."""
+
+    def fail(_handle):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(outputs.os, "fsync", fail)
+    if number in (errno.EINVAL, errno.ENOSYS):
+        outputs.write_bytes(old, b"new")
+        assert old.read_bytes() == b"new"
+        return
+    with pytest.raises(OutputError, match=os.strerror(number)):
+        outputs.write_bytes(old, b"new")
+    assert only(old)
 
 
 # ---- what is refused

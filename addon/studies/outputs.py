@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
@@ -102,13 +103,22 @@ def _complete(path: Path, temporary: Path, check: Callable[[Path], None] | None)
     """Have the disk take all that was written for `path`, and see that it is whole."""
     try:
         with temporary.open("r+b") as file:
-            os.fsync(file.fileno())
+            _to_disk(file.fileno())
         if check is not None:
             check(temporary)
     except FileNotFoundError as error:
         raise _cannot(path, "nothing came out") from error
     except ValueError as error:
         raise _cannot(path, f"the file came out damaged: {error}") from error
+
+
+def _to_disk(handle: int) -> None:
+    """Wait until the disk has the file, where the file system can say; only then does it tell of a quota or a full server."""
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
+            raise
 
 
 def _cannot(path: Path, reason: OSError | str) -> OutputError:
