@@ -55,7 +55,7 @@ def agree(seen, expected, rel: float = 0.0, abs: float = 0.0) -> None:
     worst = np.unravel_index(share.argmax(), share.shape)
     if notes.are_kept:
         is_relative = rel * size[worst] > abs
-        asked = " or ".join([f"{rel:g} relative"] * (rel > 0.0) + [f"{abs:g}"] * (abs > 0.0))
+        asked = " or ".join([f"{rel:g} relative"] * bool(rel > 0.0) + [f"{abs:g}"] * bool(abs > 0.0))
         found = f"{error[worst] / size[worst]:.2g} relative" if is_relative and error[worst] else f"{error[worst]:.2g}"
         notes.note(" is ".join(_arguments(sys._getframe(1))), Margin(float(share[worst]), asked, found))
     assert share[worst] <= 1.0, f"{seen[worst]!r} is not {expected[worst]!r} to {rel = }, {abs = } (at {worst} of {share.shape})"
