@@ -28,7 +28,7 @@ def light_type(context: bpy.types.Context) -> str | None:
 
 
 def _automatic(context: bpy.types.Context) -> str | None:
-    shown = [ob for ob in context.view_layer.objects if not ob.hide_render and not ob.hide_viewport]
+    shown = [ob for ob in context.view_layer.objects if ob.visible_get()]
     found = [light_from_object(ob, np.array(ob.matrix_world), np.zeros(3))[0] for ob in shown if ob.type == "LIGHT"]
     lights = [light for light in found if light is not None]
     if lights and not any(light.kind == "sun" for light in lights):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import bpy
 
 _running: list[Ticking] = []
@@ -10,7 +12,9 @@ _running: list[Ticking] = []
 def end_all(context: bpy.types.Context) -> None:
     """Give up every operator that is still at work: Blender drops those of a class that it unregisters without a word to them."""
     for operator in list(_running):
-        operator.cancel(context)
+        with suppress(ReferenceError):  # Blender has freed it meanwhile
+            operator.cancel(context)
+    _running.clear()
 
 
 def takes_operators(window: bpy.types.Window | None) -> bool:

@@ -75,6 +75,20 @@ def test_when_the_extension_goes_operators_at_work_are_given_up(window, operator
     room("operators.ticking").end_all(context)
 
 
+def test_an_operator_that_blender_has_freed_does_not_keep_the_others_from_being_given_up(window, operator, room, monkeypatch):
+    context, log = window
+    gone, working = operator(None), operator(None)
+    for one in (gone, working):
+        one.begin(context)
+
+    def freed(_context):
+        raise ReferenceError("StructRNA has been removed")
+
+    monkeypatch.setattr(gone, "give_up", freed)
+    room("operators.ticking").end_all(context)
+    assert working.given_up and room("operators.ticking")._running == []
+
+
 def test_a_defect_leaves_no_timer(window, operator):
     context, log = window
     working = operator(RuntimeError("defect"))

@@ -78,7 +78,9 @@ def settle(seconds: float = 0.3) -> Generator:
 
 
 def close_extra_windows() -> Generator:
-    """Leave only the first window. Without a window manager its pixels may not come back before another file is opened."""
+    """Leave only the first window, once those asked for are open. Without a window manager its pixels may not come back before another
+    file is opened."""
+    yield 0.1
     for extra in list(bpy.context.window_manager.windows)[1:]:
         with bpy.context.temp_override(window=extra):
             bpy.ops.wm.window_close()
