@@ -52,6 +52,7 @@ class LiveScene:
                 self._reading = collected, on_worker(lambda: _finished(collected))
         if self._scene is None:
             return None
+        self._scene.bounds_ws()  # says so when there is nothing
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = light_for(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = settings_of(depsgraph.scene)

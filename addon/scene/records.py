@@ -153,7 +153,7 @@ class Scene:
 
     @cached_property
     def _instance_bounds_ws(self) -> np.ndarray:
-        boxes = np.stack([m.bounds_os for m in self.meshes])[self.instances.mesh_index].astype(np.float64)
+        boxes = np.array([m.bounds_os for m in self.meshes]).reshape(-1, 2, 3)[self.instances.mesh_index].astype(np.float64)
         centre, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
         m = self.instances.world_from_object
         c = np.einsum("iab,ib->ia", m[:, :3, :3], centre) + m[:, :3, 3]

@@ -99,14 +99,9 @@ def file_name(title: str) -> str:
 
 
 def wait_for_picture() -> Generator:
-    """Until the live view shows the fine picture of the present view."""
-    viewport = addon("blender.viewport")
-
-    def is_fine() -> bool:
-        return any(live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in viewport._views)
-
+    """Until the live view shows the fine picture of the scene, the view and the settings as they are now."""
     yield from settle(0.3)
-    yield from until(is_fine, "the live view's fine picture")
+    yield from until(lambda: live_key() is not None and live_key() == present_job().key, "the live view's fine picture")
     yield from settle(0.3)
 
 
@@ -145,16 +140,17 @@ def editors() -> list[str]:
     return [area.spaces.active.image.name for area in areas if area.spaces.active.image is not None]
 
 
-def live_view() -> object:
+def live_view() -> object | None:
     """The one live view that is on the screen."""
     shown = region("WINDOW").as_pointer()
-    return next(live for live in addon("blender.viewport")._views if live.region == shown)
+    return next((live for live in list(addon("blender.viewport")._views) if live.region == shown), None)
 
 
 def live_key() -> tuple | None:
     """What the picture that the live view shows was made of, as `Job.key` has it; None while it shows none, or a coarse one."""
-    shown = live_view()._shown
-    return shown.key if shown is not None and shown.coarseness == 1 and live_view()._image is not None else None
+    live = live_view()
+    is_fine = live is not None and live._shown is not None and live._shown.coarseness == 1 and live._image is not None
+    return live._shown.key if is_fine else None
 
 
 def present_job() -> object:

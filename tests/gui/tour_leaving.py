@@ -9,7 +9,8 @@ from room import ENGINE, MODULE, addon, canvas, command, editors, fresh_tab, her
 
 
 def choose(backend: str) -> None:
-    """As a click in the preferences does."""
+    """As a click in the preferences does; not to be saved, since the faces that follow have no X server."""
+    bpy.context.preferences.use_preferences_save = False
     bpy.context.preferences.addons[MODULE].preferences.backend = backend
 
 

@@ -33,6 +33,7 @@ from room import (
     fresh_tab,
     here,
     live_key,
+    live_view,
     plant,
     present_job,
     wait_for_picture,
@@ -169,7 +170,7 @@ def an_emptied_scene_shows_nothing_of_the_old_model() -> Generator:
         bpy.ops.object.select_all(action="SELECT")
         bpy.ops.object.delete()
         bpy.ops.ed.undo_push(message="deleted")
-    (live,) = [live for live in addon("blender.viewport")._views if live.region]
+    live = live_view()
     yield from until(lambda: "nothing to draw" in live.message, "the word that there is nothing to draw")
     yield from settle()
     empty = picture("emptied", box)

@@ -34,6 +34,7 @@ _LINUX_HINT = (
     "install Mesa's EGL libraries (Debian/Ubuntu: apt install libegl1 libgl1 libgl1-mesa-dri libegl-mesa0; "
     "Fedora: dnf install mesa-libEGL mesa-dri-drivers)"
 )
+_X_HINT = "it needs an X server (DISPLAY); choose OpenGL: Automatic in the extension's preferences to do without"
 _OTHER_HINT = "update the graphics driver; OpenGL 3.3 or newer is needed"
 
 
@@ -56,7 +57,7 @@ def create_context(backend: str = "auto") -> moderngl.Context:
             continue
         context.gc_mode = "context_gc"
         return context
-    hint = _LINUX_HINT if sys.platform.startswith("linux") else _OTHER_HINT
+    hint = _OTHER_HINT if not sys.platform.startswith("linux") else _X_HINT if choices == [None] else _LINUX_HINT
     raise GpuError(f"No OpenGL 3.3 context could be made ({'; '.join(failures)}): {hint}.")
 
 
