@@ -147,7 +147,7 @@ def test_an_emptied_scene_shows_nothing_but_the_reason_and_a_new_model_is_shown(
 
 
 def test_of_an_empty_scene_nothing_fails_but_for_the_word_that_it_is_empty(room):
-    empty, based_near = replace(field(room, 0), meshes=()), room("pipeline.local_origin").based_near
+    empty, based_near = replace(field(room, 0), meshes=()), room("scene.local_origin").based_near
     assert empty.instance_bounds_ws().shape == (0, 2, 3)
     with pytest.raises(room("errors").SceneError, match="nothing to draw"):
         based_near(empty, scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0))
@@ -155,7 +155,7 @@ def test_of_an_empty_scene_nothing_fails_but_for_the_word_that_it_is_empty(room)
 
 def test_the_live_view_of_an_emptied_scene_says_so(room, viewport, live):
     """Of Blender's part nothing is needed here: the worker has read the scene."""
-    reader = room("sources").LiveScene()
+    reader = room("blender.live_scene").LiveScene()
     reader._scene, reader._is_stale = replace(field(room, 0), meshes=()), False
     live._scene = reader
     context = SimpleNamespace(region=SimpleNamespace(width=8, height=8), space_data=None, region_data=None)
