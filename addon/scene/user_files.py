@@ -10,7 +10,6 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from contextvars import ContextVar
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -34,32 +33,32 @@ class Noted(NamedTuple):
     is_read: bool
 
 
-_runs: ContextVar[tuple[dict[Key, Noted], ...]] = ContextVar("cad-shadow-runs", default=())
+_runs: list[dict[Key, Noted]] = []  # of the process, not of a context: a file that any thread reads must not be lost
 
 
 @contextmanager
 def run_of_inputs() -> Iterator[dict[Key, Noted]]:
     """While this lasts every file noted counts as an input; gives them by what the disk knows them by."""
     noted: dict[Key, Noted] = {}
-    token = _runs.set((*_runs.get(), noted))
+    _runs.append(noted)
     try:
         yield noted
     finally:
-        _runs.reset(token)
+        _runs.pop()
 
 
 def note(path: Path, is_read: bool = False) -> None:
     """Count a file, if there is one, as an input of the runs that last."""
     with suppress(OSError, ValueError):  # not there, or not a name that a file can have
         key = _key(path)
-        for noted in _runs.get():
+        for noted in _runs:
             before = noted.get(key, Noted(Path(path), False))
             noted[key] = Noted(before.path, before.is_read or is_read)
 
 
 def is_input(path: Path) -> bool:
     """Whether this is a file, by whatever name, that was noted in a run that lasts."""
-    return any(_key(path) in noted for noted in _runs.get())
+    return any(_key(path) in noted for noted in _runs)
 
 
 def _key(path: Path) -> Key:
