@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import unicodedata
+
 import numpy as np
 
 HEIGHT, WIDTH = 7, 5
@@ -64,6 +66,12 @@ _ROWS = {
 _GLYPHS = {
     char: (np.frombuffer(bytes.fromhex(rows), np.uint8)[:, None] >> np.arange(WIDTH - 1, -1, -1)) & 1 == 1 for char, rows in _ROWS.items()
 }
+_CYRILLIC = "a,b,v,g,d,e,zh,z,i,j,k,l,m,n,o,p,r,s,t,u,f,kh,ts,ch,sh,shch,,y,,e,yu,ya"  # from а to я
+_GREEK = "a,b,g,d,e,z,i,th,i,k,l,m,n,x,o,p,r,s,s,t,y,f,ch,ps,o"  # from α to ω
+_SPELT = {ord(first) + i: word for first, row in (("а", _CYRILLIC), ("α", _GREEK)) for i, word in enumerate(row.split(","))}
+_SPELT |= str.maketrans({"ё": "e", "й": "j", "є": "ye", "і": "i", "ї": "yi", "ґ": "g"})
+_SPELT |= str.maketrans({"ø": "o", "æ": "ae", "œ": "oe", "ł": "l", "đ": "d", "ð": "d", "þ": "th", "ı": "i", "×": "x", "÷": "/"})
+_SPELT |= str.maketrans({"[": "(", "]": ")", "{": "(", "}": ")", ";": ",", "|": "/", "\\": "/", "–": "-", "—": "-", "−": "-"})
 
 
 def lettered(text: str, scale: int = 1) -> np.ndarray:
@@ -75,8 +83,9 @@ def lettered(text: str, scale: int = 1) -> np.ndarray:
 
 
 def printable(text: str) -> str:
-    """`text` in the characters there are: lower case, a question mark for every other one."""
-    return "".join(char if char in _GLYPHS else "?" for char in text.lower())
+    """`text` in the characters there are: lower case, marks dropped, Greek and Cyrillic spelt in Latin letters; `?` for all others."""
+    plain = unicodedata.normalize("NFKD", text.casefold().translate(_SPELT)).translate(_SPELT)
+    return "".join(char if char in _GLYPHS else "?" for char in plain if not unicodedata.combining(char))
 
 
 def draw_text(image: np.ndarray, text: str, centre_x: int, top: int, color: tuple[float, ...], scale: int = 1) -> None:

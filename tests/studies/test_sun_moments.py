@@ -110,8 +110,20 @@ def test_transparent_pictures_show_the_paper():
     assert np.ptp(sheet[..., 0]) == 0.0
 
 
-def test_captions_are_cut_to_their_tile_and_strange_characters_replaced():
-    assert printable("Größe_1") == "gr??e_1"
+@pytest.mark.parametrize(
+    ("name", "spelt"),
+    [
+        ("Größe_1", "grosse_1"), ("Pièce façade Nº2", "piece facade no2"), ("Łódź Ærø", "lodz aero"), ("Насос ёлка", "nasos elka"),
+        ("Αντλία [2]", "antlia (2)"), ("ＰＵＭＰ–３", "pump-3"), ("Çelik şasi İğne", "celik sasi igne"),
+        ("ポンプ1", "???1"), ("йод", "jod"), ("щель", "shchel"),
+    ],
+)  # fmt: skip
+def test_names_are_spelt_in_the_letters_there_are(name, spelt):
+    assert printable(name) == spelt
+    lettered(printable(name))
+
+
+def test_captions_are_cut_to_their_tile():
     sheet = contact_sheet([np.zeros((10, 30, 3)), np.zeros((10, 30, 3))], ["x" * 100, ""], columns=2)
     ink = np.isclose(sheet[..., 0], 0.92)
     assert ink.any()
