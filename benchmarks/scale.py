@@ -95,7 +95,7 @@ def summary(rows: list[dict[str, object]]) -> str:
 def page() -> str:
     """docs/scale.md: what was measured, for this program and the one before."""
     rows = {name: [json.loads(line) for line in (RESULTS / f"scale-{name}.jsonl").read_text().splitlines()] for name in ("now", "before")}
-    worst = max(row["precision"] for row in rows["now"] if row["precision"] is not None)
+    worst = max((row["precision"] for row in rows["now"] if row["precision"] is not None), default=0.0)
     return TEMPLATE.format(
         cases=len({row["case"] for row in rows["now"]}),
         size="×".join(map(str, SIZE)),
