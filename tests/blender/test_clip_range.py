@@ -6,7 +6,7 @@ import pytest
 @pytest.fixture
 def fit(blend, room):
     """Moves the distances of a viewport for a size; gives them as they are then."""
-    blend.ops.wm.read_homefile(use_factory_startup=True)
+    blend.ops.wm.read_homefile(use_factory_startup=True, load_ui=True)  # else as the last file was opened
     screen = blend.data.screens["Layout"]
     space = next(area.spaces.active for area in screen.areas if area.type == "VIEW_3D")
 
@@ -45,7 +45,7 @@ def test_it_is_remembered_with_the_file(fit, blend, room, tmp_path):
     fit(0.004)
     path = str(tmp_path / "part.blend")
     blend.ops.wm.save_as_mainfile(filepath=path)
-    blend.ops.wm.open_mainfile(filepath=path)
+    blend.ops.wm.open_mainfile(filepath=path, load_ui=True)
     screen = blend.data.screens["Layout"]
     space = next(area.spaces.active for area in screen.areas if area.type == "VIEW_3D")
     assert space.clip_start < 1e-4
