@@ -246,3 +246,30 @@ def test_what_a_file_says_stays_in_its_line(tmp_path):
     assert str(caught.value).isprintable()
     model = cad.read(package(tmp_path / "id.3mf", {100: [1, "7&#10;forged line"]}))
     assert all(line.isprintable() for line in model.warnings)
+
+
+# ---- more than there is
+
+
+@pytest.mark.parametrize("stage", ["reading", "assembling"])
+def test_a_model_beyond_the_memory_is_one_line_and_what_it_held_is_free(tmp_path, monkeypatch, stage):
+    (tmp_path / "x.obj").write_text(FACE)
+    held, alive = [], []
+
+    class Large:
+        def __del__(self):
+            held.append("freed")
+
+    def fail(*_arguments):
+        large = Large()
+        raise MemoryError(large)
+
+    if stage == "reading":
+        monkeypatch.setitem(cad.READERS, ".obj", fail)
+    else:
+        monkeypatch.setattr(cad, "assemble", fail)
+    with pytest.raises(CadFileError, match=r"x.obj needs more memory than there is: split it") as caught:
+        cad.read(tmp_path / "x.obj")
+    alive.append(caught.value.__cause__ or caught.value.__context__)
+    assert alive == [None]
+    assert held == ["freed"]

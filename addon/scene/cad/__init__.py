@@ -50,17 +50,25 @@ def read(path: str | Path, units: str | None = None, up: str | None = None) -> C
     """
     file = checked_path(path)
     try:
-        raw = READERS[file.suffix.lower()](file)
+        return assemble(_raw(file), file, units, up)
+    except MemoryError:
+        pass  # what was held is free again before anything is said
+    raise CadFileError(f"{shown(file.name)} needs more memory than there is: split it, or close other programs.")
+
+
+def _raw(file: Path) -> RawFile:
+    """What its format's reader gives; raises `CadFileError` and `MemoryError`."""
+    try:
+        return READERS[file.suffix.lower()](file)
     except CadFileError as error:
         raise CadFileError(shown(str(error))) from error
     except UnicodeEncodeError as error:  # of what readers in other languages are given, the path alone can be no text
         raise CadFileError(f"{shown(file.name)} lies under a name that its reader cannot take: rename it in plain letters.") from error
-    except MemoryError as error:
-        raise CadFileError(f"{file.name} needs more memory than there is: split it, or close other programs.") from error
+    except MemoryError:
+        raise
     except Exception as error:  # a parser of a foreign format may fail in any way on damaged bytes
         log.debug("reading %s failed", file, exc_info=True)
         raise CadFileError(f"{file.name} cannot be read ({_reason(error)}): it may be damaged. Export it again.") from error
-    return assemble(raw, file, units, up)
 
 
 def _reason(error: Exception) -> str:
