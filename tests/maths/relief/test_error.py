@@ -1,5 +1,6 @@
 """The predictors against their definitions: RI's formulas in plain loops, projected polygons, and pixels that a capture never saw."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -160,18 +161,32 @@ def test_an_edges_opening_is_the_area_between_its_two_warped_images(seed, perspe
     agree(found, np.maximum(0.0, area), rel=0.05, abs=0.02 * np.abs(area).max())
 
 
+def _sums(seed: int, perspective: bool) -> Iterator[tuple[float, float, float]]:
+    """(fast, exact, covered) of a random machine from two eyes: one elsewhere, one ahead, with the epipole in the texture's middle."""
+    rng = np.random.default_rng(seed)
+    solids = machine(rng)
+    middle = solids.hull.mean(axis=0)
+    seen = capture(solids, orbit(middle, 9.0, 0.3), (96, 72), CaptureChoice(perspective=perspective))
+    edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
+    ahead = seen.camera.eye_ws + rng.uniform(-0.4, 1) * (seen.camera.eye_ws - middle)
+    for camera in (random_eye(rng, solids.hull, seen.camera, False), look_at(ahead, middle)):
+        found = predict_one(edges, camera, IMAGE)
+        yield found["edge_fast_px"], found["edge_sum_px"], found["covered_px"]
+
+
 @given(st.integers(0, 2**32 - 1), st.booleans())
 @settings(max_examples=40)
 def test_the_directional_sums_are_the_edge_sum(seed, perspective):
-    """From eyes anywhere, also with the epipole in the texture's middle; they differ by what the edges of one strip differ."""
-    rng = np.random.default_rng(seed)
-    solids = machine(rng)
-    seen = capture(solids, orbit(solids.hull.mean(axis=0), 9.0, 0.3), (96, 72), CaptureChoice(perspective=perspective))
-    edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
-    ahead = seen.camera.eye_ws + rng.uniform(-1, 0.4) * (seen.camera.eye_ws - solids.hull.mean(axis=0)) * -1.0
-    for camera in (random_eye(rng, solids.hull, seen.camera, False), look_at(ahead, solids.hull.mean(axis=0))):
-        found = predict_one(edges, camera, IMAGE)
-        agree(found["edge_fast_px"], found["edge_sum_px"], rel=0.25, abs=60.0)
+    """They differ by what the edges of one strip differ: in one of 500 textures by more than 25 %, in none by 2 % of its pixels as well."""
+    for fast, exact, covered in _sums(seed, perspective):
+        agree(fast, exact, rel=0.25, abs=0.02 * covered)
+
+
+def test_nine_in_ten_directional_sums_are_within_a_tenth_of_the_edge_sum():
+    sums = np.array([row for seed in range(40) for perspective in (False, True) for row in _sums(seed, perspective)])
+    fast, exact, _ = sums[np.isfinite(sums[:, 0]) & (sums[:, 1] > 100.0)].T
+    assert len(exact) > 80
+    assert np.quantile(np.abs(fast / exact - 1.0), 0.9) < 0.1
 
 
 def test_the_directional_sums_are_exact_for_orthographic_captures_of_orthographic_views():

@@ -9,6 +9,7 @@ from addon.maths import spaces
 from addon.maths.choices import WARPS, FitChoice, PartitionChoice, WarpChoice
 from addon.maths.frusta import frustum_corners
 from addon.maths.shadow import lookup
+from addon.maths.shadow.crop import HIGHEST
 from addon.maths.shadow.fit import plan_shadows
 from addon.maths.shadow.warps import lispsm_general_parameter
 from addon.maths.view import Light
@@ -109,16 +110,21 @@ def test_points_of_one_ray_share_a_texel_and_depth_grows_away_from_the_light(see
 
 @given(seed=st.integers(0, 100_000), warp=st.sampled_from(WARPS), kind=st.sampled_from(FITS))
 @settings(max_examples=30)
-def test_no_caster_over_the_map_is_nearer_than_its_near_plane(seed, warp, kind):
+def test_no_caster_over_the_map_is_nearer_than_its_near_plane_unless_it_is_flattened(seed, warp, kind):
+    """Those more than `HIGHEST` footprints above the highest receiver are: the depth clamp lays them onto the near plane."""
     camera, light, points, bounds = _random_view(seed)
     tops = points + lookup.towards_light(light, points) * np.random.default_rng(seed).uniform(0, 60, (len(points), 1))
     casters = np.stack([tops - 0.2, tops + 0.2], axis=1)
     plan = plan_of(camera, light, points, bounds, warp, "z-log", kind, casters=casters)
-    for p in plan.projections:
-        before_the_apex = spaces.transform(p.clip_from_world, tops)[:, 3] > 0.0
-        s, t, depth, _ = lookup.project(p, tops[before_the_apex])
+    axes = plan.light_from_world[:3, :3]
+    for _, p, own in _served(plan, camera, light, points)[1]:
+        before_the_apex = tops[spaces.transform(p.clip_from_world, tops)[:, 3] > 0.0]
+        s, t, depth, _ = lookup.project(p, before_the_apex)
         over = (np.abs(s) <= 1.0) & (np.abs(t) <= 1.0)
-        assert p.is_empty or (depth[over] >= -1.0 - 1e-9).all()
+        corners = lookup.unproject(p, np.array([-1.0, -1.0, 1.0, 1.0]), np.array([-1.0, 1.0, -1.0, 1.0]), np.zeros(4)) @ axes.T
+        height = before_the_apex @ axes[1] - (own @ axes[1]).max()
+        kept = height <= 0.999 * HIGHEST * np.ptp(corners[:, [0, 2]], axis=0).max()
+        assert (depth[over & kept] >= -1.0 - 1e-9).all()
 
 
 @pytest.mark.parametrize("warp", WARPS)
