@@ -95,7 +95,8 @@ def summary(rows: list[dict[str, object]]) -> str:
 def page() -> str:
     """docs/scale.md: what was measured, for this program and the one before."""
     rows = {name: [json.loads(line) for line in (RESULTS / f"scale-{name}.jsonl").read_text().splitlines()] for name in ("now", "before")}
-    worst = max((row["precision"] for row in rows["now"] if row["precision"] is not None), default=0.0)
+    known = [row["precision"] for row in rows["now"] if row["precision"] is not None]
+    worst = f"The worst `precision.worst_ratio` of all pictures now: {max(known):.3f} texels.\n" if known else ""
     return TEMPLATE.format(
         cases=len({row["case"] for row in rows["now"]}),
         size="×".join(map(str, SIZE)),
@@ -140,8 +141,7 @@ By the ground's size, with the defaults:
 
 {grounds}
 
-The worst `precision.worst_ratio` of all pictures now: {worst:.3f} texels.
-
+{worst}
 ## How
 - **Huge casters are cut to the map in float64** (`addon/maths`, `cut`): in clip coordinates before the division the borders of a
   map are planes, whatever its warp. A rasteriser clips in float32: a triangle that reaches k footprints beyond the map is off by
