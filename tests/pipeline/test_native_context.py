@@ -9,6 +9,7 @@ import sys
 
 import pytest
 
+from addon.errors import GpuError
 from addon.pipeline.gl import context as context_module
 from addon.pipeline.gl import machine
 from tests.conftest import ROOT
@@ -101,3 +102,14 @@ def test_no_context_is_current_when_it_is_freed(is_egl):
 def test_egl_is_offered_only_where_there_is_one():
     offered = {platform: machine.backends_on(platform) for platform in ("linux", "win32", "darwin")}
     assert offered == {"linux": ("auto", "egl", "native"), "win32": ("auto", "native"), "darwin": ("auto", "native")}
+
+
+@LINUX
+@pytest.mark.parametrize(("backend", "advice"), [("native", "X server"), ("auto", "apt install"), ("egl", "apt install")])
+def test_without_a_context_the_advice_is_about_what_was_asked_for(monkeypatch, backend, advice):
+    def fail(**_):
+        raise Exception("cannot open display")  # as glcontext does
+
+    monkeypatch.setattr(context_module.moderngl, "create_context", fail)
+    with pytest.raises(GpuError, match=advice):
+        context_module.create_context(backend)
