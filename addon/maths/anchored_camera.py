@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from .depth_projection import DepthProjection, fitted, whole
+from .frusta import box_distances
 from .view import Camera
 
 LARGE = 8.0
@@ -38,8 +39,7 @@ class AnchoredCamera:
     @cached_property
     def anchor_ws(self) -> np.ndarray:
         """(3,) float64 that hold float32 numbers."""
-        _, _, back, eye = self.world_from_view[:3].T
-        return (eye - self.depth.near * back).astype(np.float32).astype(np.float64)
+        return self.camera.anchor_ws(self.depth.near)
 
     @cached_property
     def rows_ws(self) -> np.ndarray:
@@ -66,7 +66,5 @@ class AnchoredCamera:
         """(B,) bool: whether boxes (B, 2, 3) with edges up to `longest_edge_m` (B,) may hold a triangle `LARGE` for this view."""
         large = longest_edge_m > self.least_large_m
         if not self.camera.is_orthographic:
-            eye = self.world_from_view[:3, 3]
-            gap = np.maximum(np.maximum(bounds_ws[:, 0] - eye, eye - bounds_ws[:, 1]), 0.0)
-            large &= longest_edge_m > LARGE * np.linalg.norm(gap, axis=1)
+            large &= longest_edge_m > LARGE * box_distances(bounds_ws, self.world_from_view[:3, 3])
         return large

@@ -118,3 +118,8 @@ def box_corners(bounds: np.ndarray) -> np.ndarray:
     """(…, 8, 3) corners of boxes (…, 2, 3)."""
     pick = np.array([[(i >> axis) & 1 for axis in range(3)] for i in range(8)])
     return np.take_along_axis(np.asarray(bounds, np.float64), np.broadcast_to(pick, (*np.shape(bounds)[:-2], 8, 3)), axis=-2)
+
+
+def box_distances(bounds: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """(B,) from a point (3,) to boxes (B, 2, 3); 0 within."""
+    return np.linalg.norm(np.maximum(np.maximum(bounds[:, 0] - point, point - bounds[:, 1]), 0.0), axis=1)

@@ -70,6 +70,11 @@ class Camera:
         """φ, half the vertical field of view (0 for an orthographic camera)."""
         return 0.0 if self.is_orthographic else atan(1.0 / float(self.clip_from_view[1, 1]))
 
+    def anchor_ws(self, view_depth: float) -> np.ndarray:
+        """(3,) float64 that hold float32 numbers: the point of the view axis at that view depth, to count places from."""
+        world_from_view = self.world_from_view
+        return (world_from_view[:3, 3] - view_depth * world_from_view[:3, 2]).astype(np.float32).astype(np.float64)
+
     def moved_by(self, offset: np.ndarray) -> Camera:
         """The same camera in a world whose origin lies at `offset` (3,)."""
         view = self.view_from_world.copy()

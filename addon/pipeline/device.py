@@ -8,7 +8,6 @@ from functools import partial
 from typing import TypeVar
 
 import moderngl
-import numpy as np
 
 from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
@@ -20,7 +19,7 @@ from .gl.context import GpuWorker
 from .gl.gl_raw import BufferTexture, raw_gl
 from .gl.programs import Programs
 from .passes.gbuffer import GBuffer
-from .passes.large_receivers import LargePlanes, large_planes
+from .passes.large_receivers import STEPS, LargePlanes, large_planes
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps
 
@@ -72,8 +71,11 @@ class Device:
     def large_planes(self, draw_list: DrawList, camera: Camera, plan: ShadowPlan) -> LargePlanes | None:
         """The planes of what that camera may see that float32 cannot hold, relative to the plan's origin; None where there is nothing."""
         nearest = 2.0 / float(camera.clip_from_view[1, 1]) if camera.is_orthographic else plan.nearest
+        if not draw_list.longest_edge_m > STEPS * nearest:
+            return None
         key = self.store.state, camera.key, nearest, plan.origin_ws.tobytes()
-        return self._keep("large planes", key, lambda: _Large(self.context, draw_list, camera, plan.origin_ws, nearest)).table
+        made = self._keep("large planes", key, lambda: LargePlanes(self.context, *large_planes(draw_list, camera, plan.origin_ws, nearest)))
+        return made if made.count else None
 
     def unbind(self) -> None:
         """Bind an idle framebuffer. Called before a framebuffer is released: moderngl binds the last one again when it makes another."""
@@ -108,19 +110,6 @@ class Device:
         self.programs.release()
         self._idle.release()
         self._idle_target.release()
-
-
-class _Large:
-    """`table` of large planes, None where there are none."""
-
-    def __init__(self, context: moderngl.Context, draw_list: DrawList, camera: Camera, origin_ws: np.ndarray, nearest: float) -> None:
-        keys, planes = large_planes(draw_list, camera, origin_ws, nearest)
-        self.table = LargePlanes(context, keys, planes) if len(keys) else None
-
-    def release(self) -> None:
-        """Free the table."""
-        if self.table is not None:
-            self.table.release()
 
 
 def device_of(context: moderngl.Context, worker: GpuWorker) -> Device:

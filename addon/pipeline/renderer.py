@@ -30,7 +30,7 @@ from .gl.readback import frame_passes, read_texture
 from .impostors.life import ImpostorFrame, library_of
 from .impostors.shadows import casters_of
 from .job import Job
-from .passes.gbuffer import draw_gbuffer, pixel_rays, surface_points_ws
+from .passes.gbuffer import draw_gbuffer, surface_points_ws
 from .passes.shadow import ShadowMaps, draw_shadow_maps
 
 Task = Callable[..., object]
@@ -260,13 +260,12 @@ def _precision(job: Job, plan: ShadowPlan | None, draw_list: DrawList, data: lis
     if plan is None:
         return Loss()
     step = max(1, int((job.size[0] * job.size[1] / PRECISION_PLACES) ** 0.5))
-    depth, index = data[1][::step, ::step, 3], data[2][::step, ::step, 1]
-    along, start = pixel_rays(job.camera, job.size)
-    rows, columns = np.nonzero(index >= 0)
-    pixels = np.column_stack([columns * step + 0.5, job.size[1] - (rows * step + 0.5), np.ones(len(rows))])
-    points = pixels @ start.T + (pixels @ along.T) * depth[rows, columns].astype(np.float64)[:, None]
+    places = np.zeros(data[2].shape[:2], np.float32)
+    places[::step, ::step] = np.where(data[2][::step, ::step, 1] >= 0, data[1][::step, ::step, 3], 0.0)
+    places, index = places[::-1], data[2][::-1, :, 1]  # rows from the bottom up
+    points = surface_points_ws(places, job.camera, np.float64)
     return precision_loss(
-        plan, job.camera, job.light, points, index[rows, columns], job.settings.fit.size, job.size, draw_list.longest_edge_m
+        plan, job.camera, job.light, points, index[places != 0.0], job.settings.fit.size, job.size, draw_list.longest_edge_m
     )
 
 

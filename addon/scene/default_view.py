@@ -11,7 +11,7 @@ from math import radians, tan
 import numpy as np
 
 from ..errors import SettingsError
-from ..maths.frusta import box_corners
+from ..maths.frusta import box_corners, box_distances
 from ..maths.nearest import distance_to_triangles
 from ..maths.spaces import perspective, transform
 from ..maths.view import Camera, Light
@@ -135,7 +135,7 @@ def depth_range(view_from_world: np.ndarray, scene: Scene, points_ws: np.ndarray
 def nearest_surface_m(scene: Scene, point_ws: np.ndarray) -> float:
     """Metres from a point (3,) to the nearest triangle; the instances are looked at in the order of their boxes' distances."""
     bounds, best = scene.instance_bounds_ws(), np.inf
-    gap = np.linalg.norm(np.maximum(np.maximum(bounds[:, 0] - point_ws, point_ws - bounds[:, 1]), 0.0), axis=1)
+    gap = box_distances(bounds, point_ws)
     for row in np.argsort(gap):
         if gap[row] >= best:
             break

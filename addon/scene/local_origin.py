@@ -10,6 +10,7 @@ from math import ceil, log2
 
 import numpy as np
 
+from ..maths.frusta import box_distances
 from ..maths.view import Camera, Light
 from .records import Scene
 
@@ -30,21 +31,22 @@ def based_near(scene: Scene, camera: Camera, light: Light | None) -> tuple[Scene
 
 def offset_for(scene: Scene, camera: Camera) -> np.ndarray:
     """(3,) metres from the local origin to the better one; zeros where the eye is near enough."""
-    eye, near = camera.eye_ws, nearest_m(scene, camera)
-    if not np.abs(eye).max() > FARTHEST * near:
+    eye = camera.eye_ws
+    away = float(np.abs(eye).max())
+    if len(scene.instances) and away <= FARTHEST * camera.near:  # whatever is seen is farther than near
+        return np.zeros(3)
+    near = nearest_m(scene, camera)
+    if not away > FARTHEST * near:
         return np.zeros(3)
     step = 2.0 ** ceil(log2(GRID * near))
     return np.round(eye / step) * step + 0.0
 
 
 def nearest_m(scene: Scene, camera: Camera) -> float:
-    """Distance from the eye to the nearest object's bounds that it is not within, at least the near plane's; of a parallel view, the
-    height of the picture where that is more."""
-    bounds, eye = scene.instance_bounds_ws(), camera.eye_ws
-    gap = np.linalg.norm(np.maximum(0.0, np.maximum(bounds[:, 0] - eye, eye - bounds[:, 1])), axis=1)
+    """Distance from the eye to the nearest object's bounds that it is not within, or a hundredth of the scene's size where it is within
+    all; at least the near plane's, and of a parallel view the height of the picture."""
+    gap = box_distances(scene.instance_bounds_ws(), camera.eye_ws)
+    outside = gap[gap > 0.0]
+    nearest = float(outside.min()) if len(outside) else 0.01 * float(np.ptp(scene.bounds_ws(), axis=0).max())
     height = 2.0 / float(camera.clip_from_view[1, 1]) if camera.is_orthographic else 0.0
-    return (
-        max(float(gap[gap > 0.0].min(initial=np.inf)), camera.near, height)
-        if (gap > 0.0).any()
-        else max(camera.near, height, 0.01 * float(np.ptp(scene.bounds_ws(), axis=0).max()))
-    )
+    return max(nearest, camera.near, height)

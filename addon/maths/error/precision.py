@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..shadow.cut import reach_limit, w_range
+from ..shadow import cut
 from ..shadow.lookup import project, texel_footprint, towards_light
 from ..shadow.projection import ShadowPlan, ShadowProjection
 from ..view import Camera, Light
@@ -107,9 +107,7 @@ def _projected(
     projection: ShadowProjection, light: Light, points_ws: np.ndarray, origin_ws: np.ndarray, longest_edge_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """(P,) twice: what the product with the map's matrix, and the rasteriser's clipping of the largest triangle, lose in metres."""
-    rows = np.linalg.norm(projection.clip_from_world[[0, 1, 3], :3], axis=1).max()
     w = project(projection, points_ws)[3]
     half_map_m = 0.5 * np.linalg.norm(texel_footprint(projection, points_ws, light, 1), axis=-1).max(axis=-1)
-    product = HALF_STEP * rows * np.linalg.norm(points_ws - origin_ws, axis=1) / w
-    reach = min(longest_edge_m * rows / w_range(projection)[0], reach_limit())
-    return product * half_map_m, STEP * reach * half_map_m
+    product = HALF_STEP * cut.units_per_metre(projection) * np.linalg.norm(points_ws - origin_ws, axis=1) / w
+    return product * half_map_m, STEP * min(cut.reach(projection, longest_edge_m), cut.LARGE) * half_map_m

@@ -13,7 +13,7 @@ from math import copysign, cos, inf, log2, sin, sqrt
 import numpy as np
 
 from ..choices import FitChoice
-from ..frusta import box_corners
+from ..frusta import box_corners, box_distances
 from .light_space import LightSpace
 from .projection import LogWarp
 
@@ -72,7 +72,7 @@ def casters_in(space: LightSpace, boxes: np.ndarray) -> Casters:
     h = box_corners(boxes) @ space.from_eye[:, :3].T + space.from_eye[:, 3]
     ahead = h[..., 3].max(axis=1, initial=-inf) > space.least
     h, boxes = h[ahead], boxes[ahead]
-    gap = np.linalg.norm(np.maximum(0.0, np.maximum(boxes[:, 0] - space.position, space.position - boxes[:, 1])), axis=1)
+    gap = box_distances(boxes, space.position)
     nearest = np.maximum(h[..., 3].min(axis=1), np.maximum(space.least, gap / sqrt(1.0 + 2.0 * space.slope**2)))
     beside = h[..., 3].min(axis=1) < space.least  # it reaches behind the light: its image is unbounded
     r = np.maximum(h[..., 3], space.least)

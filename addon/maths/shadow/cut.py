@@ -30,9 +30,14 @@ def w_range(projection: ShadowProjection) -> tuple[float, float]:
     return 1.0 / most, 1.0 / least if least > 0.0 else np.inf
 
 
-def reach_limit() -> float:
-    """`LARGE` as it is now."""
-    return LARGE
+def reach(projection: ShadowProjection, longest_edge_m: float) -> float:
+    """Units of clip coordinates that an edge spans at most, over the least w on the map: what `LARGE` is compared with."""
+    return longest_edge_m * units_per_metre(projection) / w_range(projection)[0]
+
+
+def units_per_metre(projection: ShadowProjection) -> float:
+    """Units of clip x, y or w that a metre of the world is at most."""
+    return float(np.linalg.norm(projection.clip_from_world[[0, 1, 3], :3], axis=1).max())
 
 
 def are_large(projection: ShadowProjection, bounds_ws: np.ndarray, longest_edge_m: np.ndarray) -> np.ndarray:
@@ -40,8 +45,7 @@ def are_large(projection: ShadowProjection, bounds_ws: np.ndarray, longest_edge_
 
     Measured where they come nearest to the apex, but no nearer than the map does.
     """
-    rows = projection.clip_from_world[[0, 1, 3], :3]
-    extent = np.linalg.norm(rows, axis=1).max() * longest_edge_m
+    extent = units_per_metre(projection) * longest_edge_m
     low, high = w_range(projection)
     w, centre, half = projection.clip_from_world[3], bounds_ws.mean(axis=1), 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0])
     nearest = centre @ w[:3] + w[3] - half @ np.abs(w[:3])

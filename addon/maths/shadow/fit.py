@@ -97,13 +97,12 @@ def plan_shadows(
     projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
-    origin = (camera.eye_ws + near * camera.direction_ws).astype(np.float32).astype(np.float64)
     return ShadowPlan(
         projections,
         first.gamma_rad,
         gamma_lim,
         _light_from_world(first, camera),
-        origin,
+        camera.anchor_ws(near),
         near,
         _warnings(camera, light, warp, partition),
     )

@@ -49,9 +49,16 @@ def cluster_bounds(positions: np.ndarray, triangles: np.ndarray, starts: np.ndar
 
 def longest_edges(positions: np.ndarray, triangles: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """(C,) length of the longest triangle edge of each cluster."""
-    corners = positions[triangles]
-    squared = np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
-    return np.sqrt(np.maximum.reduceat(squared, starts))
+    return np.sqrt(np.maximum.reduceat(_squared_edges(positions[triangles]), starts))
+
+
+def longest_edge(corners: np.ndarray) -> np.ndarray:
+    """(T,) length of the longest edge of triangles (T, 3, 3)."""
+    return np.sqrt(_squared_edges(corners))
+
+
+def _squared_edges(corners: np.ndarray) -> np.ndarray:
+    return np.square(corners - np.roll(corners, 1, axis=1)).sum(axis=2).max(axis=1)
 
 
 def frustum_planes(clip_from_world: np.ndarray, cull_near: bool = True) -> np.ndarray:

@@ -13,7 +13,7 @@ from ...maths.spaces import transform
 from ...scene.records import Scene
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, set_uniforms
-from .clusters import clustered, runs, segments, visible
+from .clusters import clustered, longest_edge, runs, segments, visible
 from .pools import Pools
 
 ROWS_PER_SLOT = 4
@@ -197,8 +197,7 @@ class DrawList:
         key = part.row, part.start
         if key not in self._boxes:
             corners = transform(self.scene.instances.world_from_object[part.row], part.corners_os)[..., :3]
-            edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-            self._boxes[key] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1), edges
+            self._boxes[key] = np.stack([corners.min(axis=1), corners.max(axis=1)], axis=1), longest_edge(corners)
         return self._boxes[key]
 
     def _drawn(self, row: int) -> tuple[np.ndarray, np.ndarray]:

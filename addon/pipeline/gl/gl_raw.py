@@ -142,6 +142,25 @@ def draw_triangles(
         raw.DrawElementsInstanced(_TRIANGLES, count, _UNSIGNED_INT, 4 * first, instances)
 
 
+def draw_vertices(context: moderngl.Context, program: moderngl.Program, vertices: np.ndarray) -> int:
+    """Draw triangles that are needed once, three vertices each; returns their number.
+
+    `vertices` (3·F,) is a packed structured array of float32 and uint32 fields named as the program's attributes; what the program does
+    not use is passed over.
+    """
+    if not len(vertices):
+        return 0
+    fields = {name: vertices.dtype[name] for name in vertices.dtype.names}
+    used = [name for name in fields if name in program]
+    layout = " ".join(f"{kind.itemsize // 4}{kind.base.kind}4" if name in program else f"{kind.itemsize}x" for name, kind in fields.items())
+    buffer = context.buffer(vertices.tobytes())
+    array = context.vertex_array(program, [(buffer, layout, *used)])
+    draw_triangles(context, array, len(vertices))
+    array.release()
+    buffer.release()
+    return len(vertices) // 3
+
+
 def write_buffer(context: moderngl.Context, buffer: moderngl.Buffer, data: bytes) -> None:
     """`buffer.write(data)` with Python's lock free: a driver may wait here until the GPU has done with the old content."""
     raw = raw_gl(context)

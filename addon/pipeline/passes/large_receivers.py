@@ -10,7 +10,7 @@ import moderngl
 import numpy as np
 
 from ...maths.view import Camera
-from ..geometry.clusters import frustum_planes
+from ..geometry.clusters import frustum_planes, longest_edge
 from ..geometry.draw_list import DrawList
 from ..gl.gl_raw import BufferTexture
 from .large_casters import triangles_of
@@ -42,13 +42,12 @@ def large_planes(draw_list: DrawList, camera: Camera, origin_ws: np.ndarray, nea
     """
     least, planes = STEPS * nearest, frustum_planes(camera.clip_from_world)
     keys, found = [np.empty((0, 2), np.uint32)], [np.empty((0, 4))]
-    if draw_list.longest_edge_m > least:
-        for corners, slot, triangle in triangles_of(draw_list, draw_list.chosen(planes, lambda _, edge: edge > least)):
-            corners, triangle = _seen(corners, triangle, planes, least)
-            normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-            normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-            found.append(np.column_stack([normal, -np.einsum("ij,ij->i", normal, corners[:, 0] - origin_ws)]))
-            keys.append(np.column_stack([np.full(len(triangle), slot), triangle]).astype(np.uint32))
+    for corners, slot, triangle in triangles_of(draw_list, draw_list.chosen(planes, lambda _, edge: edge > least)):
+        corners, triangle = _seen(corners, triangle, planes, least)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        found.append(np.column_stack([normal, -np.einsum("ij,ij->i", normal, corners[:, 0] - origin_ws)]))
+        keys.append(np.column_stack([np.full(len(triangle), slot), triangle]).astype(np.uint32))
     keys, found = np.concatenate(keys), np.concatenate(found)
     order = np.lexsort((keys[:, 1], keys[:, 0]))
     return keys[order], found[order]
@@ -56,7 +55,6 @@ def large_planes(draw_list: DrawList, camera: Camera, origin_ws: np.ndarray, nea
 
 def _seen(corners: np.ndarray, triangle: np.ndarray, planes: np.ndarray, least: float) -> tuple[np.ndarray, np.ndarray]:
     """Those with an edge longer than `least` that no plane of the view shuts out."""
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     inside = (corners @ planes[:, :3].T + planes[:, 3] >= 0.0).any(axis=1).all(axis=1)
-    chosen = inside & (edges > least)
+    chosen = inside & (longest_edge(corners) > least)
     return corners[chosen], triangle[chosen]

@@ -6,7 +6,6 @@ turns. The corners of what is left lie where the camera looks, and are as exact 
 
 from __future__ import annotations
 
-import moderngl
 import numpy as np
 
 from ...maths.anchored_camera import AnchoredCamera
@@ -14,10 +13,9 @@ from ...maths.shadow.cut import cut
 from ...maths.spaces import transform
 from ..geometry.draw_list import Chosen, DrawList
 from ..geometry.store import turned
-from ..gl.gl_raw import draw_triangles
 
 MARGIN_PX = 4.0  # beyond the picture's border
-VERTEX = np.dtype([("seen", "f4", 3), ("normal", "f4", 3), ("slot", "u4"), ("triangle", "u4")])
+VERTEX = np.dtype([("in_seen", "f4", 3), ("in_normal_ws", "f4", 3), ("in_slot", "u4"), ("in_triangle", "u4")])
 
 
 def large_in(draw_list: DrawList, eye: AnchoredCamera, frustum: np.ndarray, rows: np.ndarray | None) -> Chosen | None:
@@ -33,24 +31,8 @@ def large_in(draw_list: DrawList, eye: AnchoredCamera, frustum: np.ndarray, rows
     return chosen if chosen else None
 
 
-def draw_large(
-    context: moderngl.Context, program: moderngl.Program, draw_list: DrawList, chosen: Chosen, eye: AnchoredCamera, size: tuple[int, int]
-) -> int:
-    """Draw what a picture of `size` shows of `chosen`; returns the triangles sent. `program` is of gbuffer_cut.vert."""
-    vertices = pieces(draw_list, chosen, eye, size)
-    if not len(vertices):
-        return 0
-    buffer = context.buffer(vertices.tobytes())
-    names = "in_seen", "in_normal_ws", "in_slot", "in_triangle"
-    array = context.vertex_array(program, [(buffer, "3f4 3f4 1u4 1u4", *names)])
-    draw_triangles(context, array, len(vertices))
-    array.release()
-    buffer.release()
-    return len(vertices) // 3
-
-
 def pieces(draw_list: DrawList, chosen: Chosen, eye: AnchoredCamera, size: tuple[int, int]) -> np.ndarray:
-    """(3·F,) `VERTEX`: what is left of the triangles, three vertices each."""
+    """(3·F,) `VERTEX`: what is left of the triangles, three vertices each, for gbuffer_cut.vert."""
     parts = list(draw_list.parts_of(chosen))
     seen_from_world = np.concatenate([eye.rows_ws, [[0.0, 0.0, 0.0, 1.0]]])
     worlds = [draw_list.scene.instances.world_from_object[part.row] for part in parts]
@@ -58,14 +40,14 @@ def pieces(draw_list: DrawList, chosen: Chosen, eye: AnchoredCamera, size: tuple
     corners, source = cut(whole, view_planes(eye, size))
     counts = np.cumsum([0, *(len(part.corners_os) for part in parts)])
     vertices = np.empty((len(source), 3), VERTEX)
-    vertices["seen"] = corners[..., :3]
+    vertices["in_seen"] = corners[..., :3]
     weights = _weights(corners[..., :3], whole[source, :, :3])
     for part, world, start, stop in zip(parts, worlds, counts[:-1], counts[1:], strict=True):
         mine = slice(*np.searchsorted(source, [start, stop]))
         local = source[mine] - start
-        vertices["slot"][mine], vertices["triangle"][mine] = part.slot, (part.first_triangle + local)[:, None]
+        vertices["in_slot"][mine], vertices["in_triangle"][mine] = part.slot, (part.first_triangle + local)[:, None]
         normals = turned(draw_list.normals_os(part)[local].reshape(-1, 3), world).reshape(-1, 3, 3)
-        vertices["normal"][mine] = np.einsum("fvk,fkc->fvc", weights[mine], normals)
+        vertices["in_normal_ws"][mine] = np.einsum("fvk,fkc->fvc", weights[mine], normals)
     return vertices.ravel()
 
 

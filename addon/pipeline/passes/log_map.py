@@ -13,8 +13,9 @@ import numpy as np
 from ...maths.shadow.projection import ShadowProjection
 from ..geometry.clusters import frustum_planes
 from ..geometry.draw_list import DrawList
+from ..gl.gl_raw import draw_vertices
 from ..gl.programs import Programs, relative_to, set_uniforms
-from .large_casters import draw_cut, large_in
+from .large_casters import large_in, pieces
 
 BEND_TEXELS = 0.015  # largest distance, along t, between an edge's piece and its curve
 BALANCE = 0.75  # of a chord's largest miss is taken off its ends: the least mean distance from the curve, on either side of it
@@ -44,10 +45,12 @@ def draw_log_map(
     stages = "shadow_log.frag", "shadow_log.geom"
     pair = [programs.get("shadow.vert", *stages, INSTANCED=flag, **limits) for flag in (0, 1)]
     large = large_in(draw_list, projection, planes, None)
-    cut = [programs.get("shadow_cut.vert", *stages, IS_CUT=1, **limits)] if large is not None else []
+    large_pair = []
+    if large is not None:
+        large_pair = [(programs.get("shadow_cut.vert", *stages, IS_CUT=1, **limits), pieces(draw_list, projection, large, size))]
     sent = 0
     for first in range(0, rows + 1, MOST_SLABS):
-        for program in (*pair, *cut):
+        for program in (*pair, *(program for program, _ in large_pair)):
             set_uniforms(
                 program,
                 **relative_to(origin_ws, projection.clip_from_world),
@@ -59,8 +62,7 @@ def draw_log_map(
             )
         select = (lambda bounds, edge, first=first: most_cuts(projection, rows, bounds, edge) >= first) if first else None
         sent += draw_list.draw(*pair, planes, attributes=False, select=select, without=large)
-        if large is not None:
-            sent += draw_cut(*cut, draw_list, projection, large, size)
+        sent += sum(draw_vertices(draw_list.context, *drawn) for drawn in large_pair)
     return sent
 
 

@@ -16,10 +16,10 @@ from ...settings.groups import TestChoice
 from ..geometry.clusters import frustum_planes
 from ..geometry.draw_list import DrawList
 from ..gl.allocation import freed_with
-from ..gl.gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, id_array
+from ..gl.gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, draw_vertices, id_array
 from ..gl.machine import check_maps
 from ..gl.programs import Programs, relative_to, set_uniforms
-from .large_casters import draw_cut, large_in
+from .large_casters import large_in, pieces
 from .log_map import draw_log_map, log_bend_vector, log_warp_vector
 from .nsm import NsmCells
 from .outline import OutlineIds
@@ -123,7 +123,8 @@ def _draw_one(
         set_uniforms(program, **relative_to(origin_ws, projection.clip_from_world))
     sent = draw_list.draw(*pair, planes, attributes=False, rows=rows, without=large)
     if large is not None:
-        sent += draw_cut(programs.get("shadow_cut.vert", "shadow.frag", IS_CUT=1, **defines), draw_list, projection, large, size)
+        program = programs.get("shadow_cut.vert", "shadow.frag", IS_CUT=1, **defines)
+        sent += draw_vertices(draw_list.context, program, pieces(draw_list, projection, large, size))
     return sent
 
 

@@ -12,8 +12,9 @@ from ...maths.depth_projection import DepthProjection
 from ..geometry.clusters import frustum_planes
 from ..geometry.draw_list import DrawList
 from ..gl.depth_buffer import has_clip_control, nearest_wins
+from ..gl.gl_raw import draw_vertices
 from ..gl.programs import Programs, set_uniforms
-from .large_surfaces import draw_large, large_in
+from .large_surfaces import large_in, pieces
 
 RASTERISER, FRAGMENT = 0, 1  # who finds the depth: common_surface.glsl
 
@@ -56,7 +57,7 @@ def draw_surfaces(
     with nearest_wins(context, eye.depth, farthest=farthest):
         sent = draw_list.draw(*pair, frustum, attributes=True, rows=rows, without=large)
         if large is not None:
-            sent += draw_large(context, prepared("gbuffer_cut.vert", True), draw_list, large, eye, size)
+            sent += draw_vertices(context, prepared("gbuffer_cut.vert", True), pieces(draw_list, large, eye, size))
     return sent
 
 

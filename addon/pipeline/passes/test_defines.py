@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...maths.shadow.cut import reach_limit
+from ...maths.shadow import cut
 from ...maths.shadow.projection import ShadowPlan
 from ...settings.groups import BIASES, FILTER_UNITS, TESTS, TestChoice
 
@@ -68,7 +68,7 @@ def test_defines(test: TestChoice) -> dict[str, int | float | str]:
         "FOOT_SHARE": FOOT_SHARE,
         "SHARED_HEIGHTS": int(test.kind == "depth" and test.bias_strategy == "automatic" and has_plain_cells),
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
-        "CUT_BEYOND": min(reach_limit(), 1e30),  # maps: twice the units of clip coordinates, a gradient being two rows' sum at most
+        "CUT_BEYOND": min(cut.LARGE, 1e30),  # maps: twice the units of clip coordinates, a gradient being two rows' sum at most
     }
 
 
