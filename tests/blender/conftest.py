@@ -61,6 +61,12 @@ def room(extension):
 
 
 @pytest.fixture
+def main(room):
+    """The command line: its exit code."""
+    return room("cli.main").main
+
+
+@pytest.fixture
 def api(room):
     """The extension's `api`."""
     return room("api")

@@ -10,11 +10,6 @@ SMALL = ("--size", "96x64", "--seconds", "300")
 
 
 @pytest.fixture
-def main(extension):
-    return importlib.import_module(extension.__name__ + ".cli.main").main
-
-
-@pytest.fixture
 def session(extension):
     return importlib.import_module(extension.__name__ + ".blender.session")
 

@@ -1,7 +1,6 @@
 """Batches on the command line: folders and patterns, what is done stays done, crashes cost one input, one sheet of everything."""
 
 import errno
-import importlib
 import io
 import json
 import os
@@ -14,16 +13,6 @@ import pytest
 SMALL = ("--size", "96x64", "--map-size", "128", "--preset", "fast")
 CORNERS = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
 FACES = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
-
-
-@pytest.fixture
-def room(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
-
-
-@pytest.fixture
-def main(room):
-    return room("cli.main").main
 
 
 def write_box(path, height=1):

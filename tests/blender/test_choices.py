@@ -1,14 +1,7 @@
 """What means nothing under the light that is there cannot be chosen in the panels, and a choice made before is explained."""
 
-import importlib
-
 import numpy as np
 import pytest
-
-
-@pytest.fixture
-def room(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
 
 
 class Layout:

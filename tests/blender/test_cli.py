@@ -31,11 +31,6 @@ SMALL = ("--size", "96x64", "--map-size", "128")
 
 
 @pytest.fixture
-def main(extension):
-    return importlib.import_module(extension.__name__ + ".cli.main").main
-
-
-@pytest.fixture
 def outputs(extension):
     return importlib.import_module(extension.__name__ + ".studies.outputs")
 

@@ -1,6 +1,5 @@
 """The command line and the user's files: what is asked for is there or the exit code says so, and nothing that was there is lost."""
 
-import importlib
 import json
 import os
 import resource
@@ -19,16 +18,6 @@ SMALL = ("--size", "96x64", "--map-size", "64", "--quiet")
 BOX = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
 OLD = b"what the user had"
 posix = pytest.mark.skipif(sys.platform == "win32", reason="named pipes, devices and signals as POSIX has them")
-
-
-@pytest.fixture
-def room(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
-
-
-@pytest.fixture
-def main(room):
-    return room("cli.main").main
 
 
 @pytest.fixture

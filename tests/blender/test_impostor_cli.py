@@ -1,7 +1,6 @@
 """`impostor` and `impostor-path` as a user or a farm meets them: files that suffice to draw elsewhere, the contract's keys, exit codes."""
 
 import csv
-import importlib
 import json
 
 import numpy as np
@@ -13,11 +12,6 @@ FRAME_KEYS = (
 )
 STAGES = {"geometry", "sprite", "warp", "regenerated"}
 SMALL = ("--size", "96x64", "--map-size", "128", "--samples", "1", "--quiet")
-
-
-@pytest.fixture
-def main(extension):
-    return importlib.import_module(extension.__name__ + ".cli.main").main
 
 
 @pytest.fixture

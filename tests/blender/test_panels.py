@@ -7,11 +7,6 @@ import re
 import pytest
 
 
-@pytest.fixture
-def room(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
-
-
 class Layout:
     """Stands in for Blender's layout, which needs a window: notes what is drawn, refuses properties and operators that do not exist."""
 
@@ -197,7 +192,6 @@ MADE_BY = {
 
 
 def _preset(name):
-    import importlib
 
     return str(importlib.import_module("bl_ext.user_default.cad_shadow_preview.addon.blender.presets").files()[name])
 

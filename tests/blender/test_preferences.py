@@ -1,6 +1,5 @@
 """The extension's preferences reach the renderer at once, and are put back with it."""
 
-import importlib
 import sys
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,11 +8,6 @@ import numpy as np
 import pytest
 
 from tests.blender.conftest import MODULE
-
-
-@pytest.fixture
-def room(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
 
 
 @pytest.fixture

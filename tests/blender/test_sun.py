@@ -1,15 +1,9 @@
 """Camera and sun helpers: they change what they say, can be undone, say why they are grey, and make the pictures promised."""
 
-import importlib
 from math import degrees, pi, radians
 
 import numpy as np
 import pytest
-
-
-@pytest.fixture
-def room(extension):
-    return lambda name: importlib.import_module(f"{extension.__name__}.{name}")
 
 
 @pytest.fixture
