@@ -5,8 +5,8 @@
     python -m benchmarks.scale --label before    rows under another name, for a program to compare with
     python -m benchmarks.scale --write           docs/scale.md anew from the rows that are there ('now' and 'before')
 
-Truth is exact (`scale_scenes.py`). Rows go to benchmarks/results/scale-LABEL.jsonl. A program from before `local_origin` is measured with
-these two files laid into its checkout.
+Truth is exact (`scale_scenes.py`). Rows go to benchmarks/results/scale-LABEL.jsonl. Those of 'before' are of 91b023b, drawn by this file
+and `scale_scenes.py` as they were in 8462102.
 """
 
 from __future__ import annotations
@@ -23,20 +23,12 @@ import numpy as np
 from addon.errors import SceneError
 from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
+from addon.scene.local_origin import based_near
 from addon.settings.groups import Settings
 from addon.studies.run import run
 from addon.studies.truth.compare import COMPARED_PASSES, compare
 from addon.studies.truth.tracer import Truth
 from benchmarks.scale_scenes import SIZE, ScaleScene, scale_scene
-
-try:
-    from addon.scene.local_origin import based_near
-except ImportError:  # a program to compare with
-
-    def based_near(*picture: object) -> tuple[object, ...]:
-        """As it is."""
-        return picture
-
 
 RESULTS = Path(__file__).resolve().parent / "results"
 CASES = 300
@@ -94,7 +86,8 @@ def summary(rows: list[dict[str, object]]) -> str:
 
 def page() -> str:
     """docs/scale.md: what was measured, for this program and the one before."""
-    rows = {name: [json.loads(line) for line in (RESULTS / f"scale-{name}.jsonl").read_text().splitlines()] for name in ("now", "before")}
+    lines = {name: (RESULTS / f"scale-{name}.jsonl").read_text().splitlines() for name in ("now", "before")}
+    rows = {name: [row for row in map(json.loads, own) if row["method"] in METHODS] for name, own in lines.items()}
     known = [row["precision"] for row in rows["now"] if row["precision"] is not None]
     worst = f"The worst `precision.worst_ratio` of all pictures now: {max(known):.3f} texels.\n" if known else ""
     return TEMPLATE.format(

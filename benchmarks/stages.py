@@ -21,7 +21,7 @@ CAD_DEV = Path(__file__).resolve().parents[2] / "shared" / "cad" / "dev"
 
 
 def draw(name: str) -> None:
-    """The child: a frame a line of input, its stage times a line of output. Uses only what old and new checkouts have in common."""
+    """The child: a frame a line of input, its stage times a line of output. Uses only what checkouts since e2e8f34 have in common."""
     import numpy as np
 
     from addon.pipeline.job import Job
