@@ -6,9 +6,11 @@ import pytest
 @pytest.fixture
 def fit(blend, room):
     """Moves the distances of a viewport for a size; gives them as they are then."""
-    blend.ops.wm.read_homefile(use_factory_startup=True, load_ui=True)  # else as the last file was opened
+    blend.ops.wm.read_homefile(use_factory_startup=True)
     screen = blend.data.screens["Layout"]
     space = next(area.spaces.active for area in screen.areas if area.type == "VIEW_3D")
+    screen.pop(room("blender.clip_range").KEPT, None)  # a file opened without its windows leaves those of the test before
+    space.clip_start, space.clip_end = 0.01, 1000.0
 
     def moved(size=None):
         if size is not None:
