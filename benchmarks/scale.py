@@ -147,6 +147,17 @@ By the ground's size, with the defaults:
 - **Planes of huge receivers** are worked out in float64 and looked up: a corner 20 km away leaves millimetres of doubt at the eye's feet.
 - **A lamp reaches as far as what it lights**, not as the scene: it does not shadow what is nearer than 10⁻⁴ of that.
 
+## What it costs
+Ordinary scenes beside the program before (91b023b), frame by frame in turns, 1280×720, medians of 20 frames (`python -m benchmarks.stages`):
+
+| scene | G-buffer, ms | map pass, ms |
+|---|---|---|
+| a deck of 1 million triangles | 159.7 → 172.0 (1.08 ×) | 326.0 → 324.1 (0.99 ×) |
+| huldra_utilities.glb | 59.9 → 64.4 (1.08 ×) | 85.5 → 85.6 (1.00 ×) |
+| amazing_hand.glb | 156.2 → 165.9 (1.06 ×) | 299.0 → 280.5 (0.94 ×) |
+
+A G-buffer's float depth with near and far fitted to what is seen takes the 6 to 8 %; the maps are as quick as they were.
+
 Two surfaces close behind one another, seen from far: [their own table](scale_plates.md).
 """
 

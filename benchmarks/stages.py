@@ -2,7 +2,8 @@
 
     python -m benchmarks.stages ../other [--frames 9]     medians of G-buffer and map pass, and their ratio, for the table of docs/scale.md
 
-Each checkout draws in a process of its own, on the deck of a million triangles and on two dev models where they are here.
+Each checkout draws in a process of its own, on the deck of a million triangles and on two dev models where they are here. A checkout from
+before e2e8f34 needs a child that calls the renderer as it was then: `git show 1de6f70:benchmarks/stages.py > FILE`, `--child-file FILE`.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ def draw(name: str) -> None:
         print(json.dumps({stage: frame.timing_ms[stage] for stage in STAGES}), flush=True)
 
 
-def child(checkout: Path, name: str) -> subprocess.Popen[str]:
+def child(checkout: Path, name: str, script: Path = Path(__file__)) -> subprocess.Popen[str]:
     """The process that draws with that checkout's program."""
     environment = {**os.environ, "PYTHONPATH": str(checkout)}
-    command = [sys.executable, str(Path(__file__).resolve()), "--child", name]
+    command = [sys.executable, str(script.resolve()), "--child", name]
     return subprocess.Popen(command, cwd=checkout, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
@@ -67,6 +68,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("other", type=Path, nargs="?")
     parser.add_argument("--frames", type=int, default=9)
+    parser.add_argument("--child-file", type=Path, default=Path(__file__), help="the script that draws with the other checkout")
     parser.add_argument("--child")
     choice = parser.parse_args()
     if choice.child:
@@ -74,7 +76,7 @@ def main() -> None:
         return
     print("| scene | stage | other, ms | this, ms | this / other |\n|---|---|---|---|---|")
     for name in (m for m in MODELS if m == "deck" or (CAD_DEV / m).is_file()):
-        pair = [child(choice.other.resolve(), name), child(Path(__file__).resolve().parents[1], name)]
+        pair = [child(choice.other.resolve(), name, choice.child_file), child(Path(__file__).resolve().parents[1], name)]
         rows = [[times(process) for process in pair] for _ in range(choice.frames + 1)][1:]
         for stage in STAGES:
             before, after = (median(row[k][stage] for row in rows) for k in (0, 1))
