@@ -156,7 +156,7 @@ Ordinary scenes beside the program before (91b023b), frame by frame in turns, 12
 | huldra_utilities.glb | 59.9 → 64.4 (1.08 ×) | 85.5 → 85.6 (1.00 ×) |
 | amazing_hand.glb | 156.2 → 165.9 (1.06 ×) | 299.0 → 280.5 (0.94 ×) |
 
-A G-buffer's float depth with near and far fitted to what is seen takes the 6 to 8 %; the maps are as quick as they were.
+The G-buffer, with float depth and near and far fitted to what is seen, takes 6 to 8 % longer; the maps are as quick as they were.
 
 Two surfaces close behind one another, seen from far: [their own table](scale_plates.md).
 """
