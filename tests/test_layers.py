@@ -33,8 +33,8 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < __init__",
     "addon/images": "exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
-    "addon/maths": "domains < choices < spaces sun < view < frusta nearest relief < depth_projection shadow < anchored_camera error <"
-    " __init__",
+    "addon/maths": "domains tables < choices < spaces sun < view < frusta nearest relief < depth_projection shadow < anchored_camera"
+    " error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit < __init__",
@@ -43,14 +43,15 @@ FLOORS = {
     "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
-    "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline test_defines < nsm < shadow"
-    " < shade < __init__",
+    "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
+    " < shadow < shade < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view cad"
     " platform_deck < __init__",
     "addon/scene/cad": "ears < colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
-    "addon/settings": "groups < option words < impostor_options < options < combinations < __init__",
+    "addon/settings": "shadowing < groups < option words < impostor_options < options < combinations < __init__",
+    "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view outputs sun truth"
     " < impostors < __init__",
     "addon/studies/advice": "candidates goal shots < search < report < __init__",

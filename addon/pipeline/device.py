@@ -11,7 +11,7 @@ import moderngl
 
 from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
-from ..settings.groups import TestChoice
+from ..settings.groups import ShadowTestChoice
 from .geometry.draw_list import DrawList
 from .geometry.store import GeometryStore
 from .gl.allocation import allocating, freed_with
@@ -23,7 +23,7 @@ from .passes.large_receivers import STEPS, LargePlanes, large_planes
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps
 
-PLAIN = TestChoice()
+PLAIN = ShadowTestChoice()
 _PICTURE = "a picture of this size", "choose a smaller one"
 _WANTED = {"shadow": ("these shadow maps", "lower Map Size or Partitions")}
 
@@ -48,7 +48,7 @@ class Device:
         """The camera targets of that size."""
         return self._keep("gbuffer", size, lambda: GBuffer(self.context, size))
 
-    def shadow_maps(self, size: int, layers: int, test: TestChoice = PLAIN) -> ShadowMaps:
+    def shadow_maps(self, size: int, layers: int, test: ShadowTestChoice = PLAIN) -> ShadowMaps:
         """The shadow maps of that size and count, with what the test needs beside the depth."""
         key = (size, layers, test.kind, test.depths, test.has_outlines)
         return self._keep("shadow", key, lambda: ShadowMaps(self.context, size, layers, test))

@@ -20,6 +20,7 @@ from ..maths.error.precision import Loss, precision_loss
 from ..maths.shadow.fit import plan_shadows
 from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
+from ..settings.shadowing import SHADOW_TESTS
 from .device import Device, device_of
 from .frame import Frame
 from .geometry.draw_list import DrawList
@@ -201,7 +202,7 @@ def _shade(
 
 def _shade_once(device: Device, job: Job, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
     maps = _shadow_maps(device, job, plan) if plan is not None else None
-    triangles = device.triangles(linked=maps is not None and job.settings.test.kind == "triangle")
+    triangles = device.triangles(linked=maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
     large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
     gbuffer = device.gbuffer(job.size)
     device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large)

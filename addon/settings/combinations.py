@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Any
 
 from ..maths import choices
 from .groups import Settings
 from .impostor_options import IMPOSTOR_APPLIES
 from .options import BY_NAME, OPTIONS, values_of
+from .shadowing import SHADOW_TESTS
 
 
 def applies(name: str, values: object) -> bool:
@@ -71,6 +74,11 @@ class _Read:
         return self._values[name]
 
 
+def _is_of_test(name: str, values: Any) -> bool:
+    """Whether the shadow test chosen has that option."""
+    return name in SHADOW_TESTS[values.test].options
+
+
 _FADING = ("lispsm-general", "log", "logpsm")
 _APPLIES = {
     "eta": lambda v: v.warp != "uniform",
@@ -82,15 +90,10 @@ _APPLIES = {
     "cut": lambda v: v.partition not in ("none", "faces", "faces-z") and v.partitions > 1,
     "split_weight": lambda v: v.partition == "z-pssm",
     "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
-    "depths": lambda v: v.test != "triangle",
+    **{name: partial(_is_of_test, name) for test in SHADOW_TESTS.values() for name in test.options},
+    "bias": lambda v: _is_of_test("bias", v) and v.bias_strategy != "automatic",
     "filter_unit": lambda v: str(v.pcf) != "1",
     "filter_width": lambda v: str(v.pcf) != "1",
-    "bias_strategy": lambda v: v.test == "depth",
-    "bias": lambda v: v.test == "depth" and v.bias_strategy != "automatic",
-    "epsilon": lambda v: v.test == "id-depth",
-    "epsilon_far": lambda v: v.test != "depth",
-    "id_per_material": lambda v: v.test == "id-depth",
-    "outlines": lambda v: v.test == "triangle",
     "clay": lambda v: not v.use_object_colors,
     **IMPOSTOR_APPLIES,
 }

@@ -9,8 +9,9 @@ from ..maths.choices import FitChoice, PartitionChoice, WarpChoice
 from ..maths.domains import one_of, require, require_fields, same_as, within
 from ..maths.relief.frame import CaptureChoice
 from ..maths.relief.life import LifeSettings
+from .shadowing import SHADOW_TESTS
 
-TESTS = ("depth", "id-depth", "triangle")
+TESTS = tuple(SHADOW_TESTS)
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
 PCF_COUNTS = (1, 4, 9, 16, 25)
 SAMPLE_COUNTS = (1, 4, 9, 16)
@@ -26,8 +27,8 @@ BRIGHTEST = 100.0
 
 
 @dataclass(frozen=True, slots=True)
-class TestChoice:
-    """How a receiver is compared with the map.
+class ShadowTestChoice:
+    """How a receiver is compared with the map: `kind` one of `shadowing.SHADOW_TESTS`.
 
     `depths` n of the n-SM (SMMVP §4.5); `pcf` k of PCF(k, n). `bias` in metres of light depth for 'constant', in texel footprints for
     'slope-scaled', 'normal-offset' and 'receiver-plane' (None: that strategy's usual value; 'automatic' needs none). `epsilon`,
@@ -36,8 +37,6 @@ class TestChoice:
     pixels of the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
     `outlines`: the triangle test also looks for triangles whose edges cross the texels round the place (thin parts far away).
     """
-
-    __test__ = False  # not a pytest class
 
     kind: str = one_of("depth", "Shadow test", TESTS)
     depths: int = within(1, "The number of depths per cell (n-SM)", 1, 8)
@@ -54,14 +53,16 @@ class TestChoice:
     def __post_init__(self) -> None:
         require_fields(self)
         require(self.filter_width is not None or self.filter_unit != "metre", "A filter in metres needs its width.")
+        test = SHADOW_TESTS[self.kind]
         require(
-            self.kind != "triangle" or self.depths == 1, "The triangle test stores triangles, not depths: set the depths per cell to 1."
+            self.depths == 1 or "depths" in test.options,
+            f"The {self.kind} test stores {test.stored.words}, not depths: set the depths per cell to 1.",
         )
 
     @property
     def has_outlines(self) -> bool:
-        """Whether the maps keep the triangles of outlines: only the triangle test asks for them."""
-        return self.outlines and self.kind == "triangle"
+        """Whether the maps keep the triangles of outlines: only where the test asks for them."""
+        return self.outlines and "outlines" in SHADOW_TESTS[self.kind].options
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +133,7 @@ class Settings:
     warp: WarpChoice = field(default_factory=WarpChoice)
     partition: PartitionChoice = field(default_factory=PartitionChoice)
     fit: FitChoice = field(default_factory=FitChoice)
-    test: TestChoice = field(default_factory=TestChoice)
+    test: ShadowTestChoice = field(default_factory=ShadowTestChoice)
     shading: ShadingChoice = field(default_factory=ShadingChoice)
     impostor: ImpostorSettings = field(default_factory=ImpostorSettings)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import Literal
+from typing import Any, Literal
 
 from ..maths.domains import Interval, OneOf, domain_of
 from .groups import Settings
@@ -66,6 +66,11 @@ def choice(name: str, group: str, field: str, label: str, text: str, words: tupl
     """An option with the fixed choices of its setting, `words` (label, explanation) in their order."""
     items = tuple((str(i), word, meaning) for i, (word, meaning) in zip(_domain_of(group, field).values, words, strict=True))
     return Option(name, ((group, field),), "choice", label, text, items=items)
+
+
+def words_of(table: dict[str, Any]) -> tuple[tuple[str, str], ...]:
+    """Label and explanation of every row of a table."""
+    return tuple((row.label, row.text) for row in table.values())
 
 
 def _domain_of(group: str, field: str) -> Interval | OneOf | None:

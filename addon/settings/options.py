@@ -9,7 +9,8 @@ from __future__ import annotations
 from ..errors import SettingsError
 from .groups import Settings
 from .impostor_options import IMPOSTOR_OPTIONS
-from .option import Option, choice
+from .option import Option, choice, words_of
+from .shadowing import SHADOW_TESTS
 from .words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
@@ -20,7 +21,6 @@ from .words import (
     PARTITION_WORDS,
     PCF_WORDS,
     SAMPLE_WORDS,
-    TEST_WORDS,
     WARP_WORDS,
 )
 
@@ -115,7 +115,7 @@ OPTIONS: tuple[Option, ...] = (
         soft=(0.0, 16.0),
         unit="texel",
     ),
-    choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", TEST_WORDS),
+    choice("test", "test", "kind", "Shadow Test", "How a surface is compared with the shadow map", words_of(SHADOW_TESTS)),
     Option(
         "depths",
         (("test", "depths"),),

@@ -35,11 +35,6 @@ FIT_WORDS = (
     ("Scene", "Texels are spread over the part of the view that holds the scene"),
     ("Visible surfaces", "Texels are spread over the surfaces really in the picture: the sharpest, above all when looking at one object"),
 )
-TEST_WORDS = (
-    ("Depth", "Compares depths, with a bias against self-shadowing"),
-    ("ID + depth", "Compares object numbers and depths: an object shadows itself only beyond ε_far (IDD §5.4)"),
-    ("Triangle-exact", "Tests the light ray against the very triangles found near it in the map: the sharpest edges, no bias (method §8)"),
-)
 BIAS_WORDS = (
     ("Automatic", "From the footprint of the texel and the slope of the surface at every pixel; nothing to tune"),
     ("Constant", "One distance along the light, in metres"),

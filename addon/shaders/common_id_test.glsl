@@ -15,17 +15,19 @@ float extent_along_light(Receiver r) {
     return 2.0 * dot(abs(r.light_ws), texelFetch(u_extents, int(r.ids.x) - 1).xyz);
 }
 
-Limits limits_of(Receiver r) {
+Limits limits_of(inout Receiver r) {
     float facing = max(r.facing, 1.0 / STEEPEST_TANGENT);
     float near_m = u_epsilon >= 0.0 ? u_epsilon : automatic_bias_m(r) / facing;
     float far_m = u_epsilon_far >= 0.0 ? u_epsilon_far : min(FAR_TEXELS * footprint_m(r) / facing, extent_along_light(r));
     return Limits(near_m, max(near_m, far_m));
 }
 
-// `height`: of the stored depth over the receiver's plane.
-bool is_dark(Receiver r, Limits limits, float height, float depth, uint id) {
+bool is_dark(Receiver r, Limits limits, ivec2 cell, float height, float depth, uint id) {
     float to_plane = height / max(r.facing, 1.0 / STEEPEST_TANGENT), to_receiver = distance_above(r, depth);
     float near_side = u_epsilon >= 0.0 ? to_receiver : to_plane;
     float far_side = u_epsilon_far >= 0.0 ? to_receiver : to_plane;
     return far_side > limits.far_m || (id != r.id && near_side > limits.near_m);
 }
+
+bool is_smoothed() { return u_epsilon < 0.0 && u_epsilon_far < 0.0; }   // by hand: the text's own cell
+#include "common_shadow_cells.glsl"

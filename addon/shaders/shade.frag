@@ -58,7 +58,7 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, vec3 start, vec3 alon
         float slope = dot(n, along);
         if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -1e-3 * view_depth, 1e-3 * view_depth);
     }
-#if TEST == TEST_TRIANGLE
+#ifdef INSIDE_ITS_TRIANGLE
     float most = 1e-4 * view_depth;
     x = moved_inside(moved_inside(moved_inside(x, a, b, turn, most), b, c, turn, most), c, a, turn, most);
 #endif

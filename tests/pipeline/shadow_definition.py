@@ -13,7 +13,7 @@ import numpy as np
 from addon.maths.shadow.lookup import project, texel_footprint, towards_light, unproject
 from addon.maths.shadow.projection import ShadowProjection
 from addon.maths.view import Light
-from addon.pipeline.passes.test_defines import spread_neighbours
+from addon.pipeline.passes.shadow_defines import spread_neighbours
 
 
 def selected_places(depth: np.ndarray, depths: int) -> np.ndarray:

@@ -16,13 +16,13 @@ from addon.pipeline.job import Job
 from addon.pipeline.passes import nsm, outline, shadow
 from addon.pipeline.passes.shadow import MAX_MAPS, ShadowMaps
 from addon.pipeline.renderer import Renderer
-from addon.settings.groups import Settings, TestChoice
+from addon.settings.groups import Settings, ShadowTestChoice
 from addon.studies.run import run
 from tests import scenes
 
 CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0), scenes.sun(40.0)
 SMALL = Settings().replaced(fit={"size": 64})
-TESTS = (TestChoice(), TestChoice("id-depth"), TestChoice("triangle"), TestChoice("depth", 4))
+TESTS = (ShadowTestChoice(), ShadowTestChoice("id-depth"), ShadowTestChoice("triangle"), ShadowTestChoice("depth", 4))
 
 
 def refuse_after(monkeypatch, count: int) -> None:

@@ -7,14 +7,14 @@ import pytest
 
 from addon.pipeline.gl import programs
 from addon.pipeline.job import Job
-from addon.settings.groups import Settings
+from addon.settings.groups import TESTS, Settings
 from addon.studies.run import run
 from tests import scenes
 
 CAMERA = scenes.look_at((14.0, -16.0, 9.0), (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0)
 HUGE = scenes.scene_of(scenes.floor(2e4), scenes.box((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0)))  # its ground is cut, for the camera and for maps
 CHOICES = [
-    *({"test": {"kind": kind}, "warp": {"kind": warp}} for kind in ("depth", "id-depth", "triangle") for warp in ("lispsm", "logpsm")),
+    *({"test": {"kind": kind}, "warp": {"kind": warp}} for kind in TESTS for warp in ("lispsm", "logpsm")),
     {"test": {"kind": "triangle", "outlines": True}},
     {"test": {"kind": "id-depth", "depths": 4}},
 ]

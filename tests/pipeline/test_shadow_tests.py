@@ -9,8 +9,8 @@ from addon.errors import SettingsError
 from addon.maths.shadow.lookup import texel_footprint
 from addon.pipeline.device import device_of
 from addon.pipeline.job import Job
-from addon.pipeline.passes import test_defines
-from addon.settings.groups import PCF_COUNTS, Settings, TestChoice
+from addon.pipeline.passes import shadow_defines
+from addon.settings.groups import PCF_COUNTS, TESTS, Settings, ShadowTestChoice
 from addon.studies.run import run
 from tests import scenes
 from tests.pipeline import oracle
@@ -150,9 +150,9 @@ def test_automatic_bias_compares_heights_over_the_receivers_plane(renderer, warp
 
     heights = np.stack([height(0, 0), height(1, 0), height(0, 1), height(1, 1)], axis=-1)
     steps = texel_footprint(r.projection, r.points_ws, r.light, r.size)
-    bias = test_defines.AUTO_TILT * 0.5 * np.abs((steps * r.normals_ws[:, None]).sum(-1)).sum(-1)
-    most = test_defines.FOOT_TEXELS * r.footprint_m()
-    shares = test_defines.EDGE_SHARE, test_defines.FOOT_SHARE
+    bias = shadow_defines.AUTO_TILT * 0.5 * np.abs((steps * r.normals_ws[:, None]).sum(-1)).sum(-1)
+    most = shadow_defines.FOOT_TEXELS * r.footprint_m()
+    shares = shadow_defines.EDGE_SHARE, shadow_defines.FOOT_SHARE
     dark, near = heights > bias[:, None], np.abs(offset)
     expected = definition.is_dark_between(heights, dark, near, most, *shares)
     clear = (np.abs(heights - bias[:, None]) > 2e-4).all(axis=1) & (np.abs(heights - most[:, None]) > 2e-4).all(axis=1)
@@ -256,7 +256,7 @@ def test_coincident_and_two_sided_faces_do_not_shadow_themselves(renderer, kind)
             assert acne < 2e-3, (make.__name__, elevation)
 
 
-@pytest.mark.parametrize("kind", ["depth", "id-depth", "triangle"])
+@pytest.mark.parametrize("kind", TESTS)
 def test_partition_borders_leave_no_lit_line(renderer, kind):
     """A floor wholly under a roof is dark everywhere the maps meet."""
     camera = scenes.look_at((0.0, 0.0, 1.7), (0.0, 60.0, 0.0), near=0.3, far=250.0)
@@ -324,5 +324,5 @@ def test_settings_that_mean_nothing_are_refused():
         {"filter_unit": "inch"},
     ):
         with pytest.raises(SettingsError):
-            TestChoice(**wrong)
-    assert all(TestChoice(pcf=k).pcf == k for k in PCF_COUNTS)
+            ShadowTestChoice(**wrong)
+    assert all(ShadowTestChoice(pcf=k).pcf == k for k in PCF_COUNTS)

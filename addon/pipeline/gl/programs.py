@@ -15,7 +15,7 @@ from .gl_raw import raw_gl
 
 SHADER_DIR = Path(__file__).resolve().parents[2] / "shaders"
 VERSION = "#version 330 core\n"
-_INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$', re.MULTILINE)
+_INCLUDE = re.compile(r'^\s*#include\s+(?:"([^"]+)"|(\w+))\s*$', re.MULTILINE)
 # Every sampler of every shader has its own texture unit, set once when the program is linked.
 SAMPLER_UNITS = {
     "u_table": 0,
@@ -57,12 +57,16 @@ def _file(name: str) -> str:
 
 
 def source(name: str, defines: Defines = ()) -> str:
-    """The text of a shader file with its includes resolved (each once, in order) and defines put first."""
+    """The text of a shader file with its includes resolved (each once, in order) and defines put first.
+
+    `#include NAME` takes the file that the define `NAME` names.
+    """
     seen: list[str] = [name]
+    files = {key: value for key, value in defines if str(value).endswith(".glsl")}
 
     def resolve(text: str, number: int) -> str:
         def include(match: re.Match[str]) -> str:
-            child = match.group(1)
+            child = match[1] or files[match[2]]
             if child in seen:
                 return ""
             seen.append(child)
@@ -73,7 +77,7 @@ def source(name: str, defines: Defines = ()) -> str:
         return _INCLUDE.sub(include, text)
 
     body = resolve(_file(name), 0)
-    head = "".join(f"#define {key} {value}\n" for key, value in defines)
+    head = "".join(f"#define {key} {value}\n" for key, value in defines if key not in files)
     names = "".join(f"// file {i}: {n}\n" for i, n in enumerate(seen))
     return f"{VERSION}{names}{head}#line 1 0\n{body}"
 

@@ -10,7 +10,7 @@ from ...maths.shadow.projection import ShadowPlan
 from ..gl.allocation import freed_with
 from ..gl.gl_raw import DepthArray, LayerFramebuffer
 from ..gl.programs import SAMPLER_UNITS, Programs, set_uniforms
-from .test_defines import neighbour_define
+from .shadow_defines import neighbour_define
 
 PER_TARGET = 4
 

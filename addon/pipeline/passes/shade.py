@@ -19,7 +19,7 @@ from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
 from .gbuffer import GBuffer, pixel_rays
 from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
-from .test_defines import test_defines, test_uniforms
+from .shadow_defines import shadow_defines, shadow_uniforms
 
 
 class ShadeTarget:
@@ -74,7 +74,7 @@ class ShadePass:
             ERROR_COLORS=len(SCALE_COLORS),
             USE_OBJECT_COLORS=settings.shading.use_object_colors,
             LARGE=large is not None,
-            **test_defines(settings.test),
+            **shadow_defines(settings.test),
         )
         self._bind(program, gbuffer, maps, draw_list, triangles | ({"u_large": large.texture} if large is not None else {}))
         along, start = pixel_rays(camera, target.size)
@@ -91,7 +91,7 @@ class ShadePass:
             **_light_uniforms(light, settings, origin),
             **_colors(settings),
             **_data_colors(),
-            **test_uniforms(settings.test, plan),
+            **shadow_uniforms(settings.test, plan),
         )
         write_buffer(self._context, self._block, plan_block(plan))
         target.framebuffer.use()

@@ -12,7 +12,8 @@ import numpy as np
 from ...errors import GpuError
 from ...maths.shadow.projection import ShadowPlan, ShadowProjection
 from ...maths.spaces import translation
-from ...settings.groups import TestChoice
+from ...settings.groups import ShadowTestChoice
+from ...settings.shadowing import SHADOW_TESTS
 from ..geometry.clusters import frustum_planes
 from ..geometry.draw_list import DrawList
 from ..gl.allocation import freed_with
@@ -23,7 +24,6 @@ from .large_casters import large_in, pieces
 from .log_map import draw_log_map, log_bend_vector, log_warp_vector
 from .nsm import NsmCells
 from .outline import OutlineIds
-from .test_defines import ids_kind
 
 MAX_MAPS = 48
 _FLOATS_PER_MAP = 60
@@ -36,7 +36,7 @@ class ShadowMaps:
     `holds` says what was drawn last (plan, ids), by whoever can say; None as soon as anything is drawn.
     """
 
-    def __init__(self, context: moderngl.Context, size: int, layers: int, test: TestChoice) -> None:
+    def __init__(self, context: moderngl.Context, size: int, layers: int, test: ShadowTestChoice) -> None:
         limit = context.info["GL_MAX_TEXTURE_SIZE"]
         if size > limit:
             raise GpuError(
@@ -44,10 +44,10 @@ class ShadowMaps:
             )
         if layers > MAX_MAPS:
             raise GpuError(f"{layers} shadow maps are more than the {MAX_MAPS} a picture can use: choose fewer partitions.")
-        check_maps(size, layers, ids_kind(test), test.depths > 1 or test.has_outlines)
+        self.ids_kind = SHADOW_TESTS[test.kind].stored.numbers
+        check_maps(size, layers, self.ids_kind, test.depths > 1 or test.has_outlines)
         self.size, self.layers = size, layers
         self.holds: Hashable = None
-        self.ids_kind = ids_kind(test)
         with ExitStack() as made:  # what is there when something fails is freed
             self.depth = freed_with(made, DepthArray(context, size, layers))
             self.ids = freed_with(made, id_array(context, size, layers, self.ids_kind)) if self.ids_kind else None
@@ -77,7 +77,7 @@ def draw_shadow_maps(
     maps: ShadowMaps,
     draw_list: DrawList,
     plan: ShadowPlan,
-    test: TestChoice,
+    test: ShadowTestChoice,
     rows: np.ndarray | None = None,
 ) -> int:
     """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp).

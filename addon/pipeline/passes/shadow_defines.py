@@ -8,25 +8,16 @@ import numpy as np
 
 from ...maths.shadow import cut
 from ...maths.shadow.projection import ShadowPlan
-from ...settings.groups import BIASES, FILTER_UNITS, TESTS, TestChoice
+from ...settings.groups import BIASES, FILTER_UNITS, ShadowTestChoice
+from ...settings.shadowing import SHADOW_TESTS
 
-# Numbers of the automatic bias and the exact test, by measurement (docs/shadow_tests.md).
+# Numbers of the automatic bias and of the cells round a place, by measurement (docs/shadow_tests.md).
 AUTO_TILT = 0.6
 FOOT_TEXELS = 3.0
 EDGE_SHARE, FOOT_SHARE = 0.5, 0.8
-FAR_TEXELS = 3.0
-ID_FAR_TEXELS = 1.0
-REACH = 1
-MOST_STEPS = 64
 STEEPEST_TANGENT = 16.0
 USUAL_BIAS = {"slope-scaled": 1.0, "normal-offset": 1.0, "receiver-plane": 2.0}
 USUAL_CONSTANT_SHARE = 4e-3
-IDS_NONE, IDS_OBJECT, IDS_TRIANGLE = 0, 1, 2
-
-
-def ids_kind(test: TestChoice) -> int:
-    """What the map stores beside the depth: nothing, an object number (R32UI), or slot + 1 and triangle (RG32UI)."""
-    return {"depth": IDS_NONE, "id-depth": IDS_OBJECT, "triangle": IDS_TRIANGLE}[test.kind]
 
 
 def spread_neighbours(depths: int) -> np.ndarray:
@@ -40,39 +31,36 @@ def neighbour_define(depths: int) -> dict[str, str]:
     return {"NEIGHBOURS": ", ".join(f"ivec2({x}, {y})" for x, y in spread_neighbours(depths).tolist())} if depths >= 4 else {}
 
 
-def test_defines(test: TestChoice) -> dict[str, int | float | str]:
-    """Everything the shading program is compiled with for this test: unused tests cost nothing."""
-    side = math.isqrt(test.pcf)
+def shadow_defines(test: ShadowTestChoice) -> dict[str, int | float | str]:
+    """Everything the shading program is compiled with for this test: the others are not in it."""
+    row, side = SHADOW_TESTS[test.kind], math.isqrt(test.pcf)
     width = float(side) if test.filter_width is None else test.filter_width
-    has_plain_cells = test.depths == 1 and test.filter_unit == "texel" and width == side
-    names = {f"TEST_{name.upper().replace('-', '_')}": i for i, name in enumerate(TESTS)}
-    names |= {f"BIAS_{name.upper().replace('-', '_')}": i for i, name in enumerate(BIASES)}
+    names = {f"BIAS_{name.upper().replace('-', '_')}": i for i, name in enumerate(BIASES)}
     names |= {f"FILTER_{name.upper()}S": i for i, name in enumerate(FILTER_UNITS)}
     return {
         **names,
         **neighbour_define(test.depths),
-        "TEST": TESTS.index(test.kind),
+        "SHADOW_TEST": row.glsl,
+        "IDS": row.stored.numbers,
         "BIAS": BIASES.index(test.bias_strategy),
         "FILTER_UNIT": FILTER_UNITS.index(test.filter_unit),
         "PCF_SIDE": side,
         "TAP_SPACING": width / side,
+        "IS_TEXEL_APART": int(test.filter_unit == "texel" and width == side),
         "DEPTHS": test.depths,
         "ID_PER_MATERIAL": int(test.id_per_material),
-        "REACH": REACH,
         "OUTLINES": int(test.has_outlines),
-        "MOST_STEPS": MOST_STEPS,
-        "FAR_TEXELS": ID_FAR_TEXELS if test.kind == "id-depth" else FAR_TEXELS,
         "AUTO_TILT": AUTO_TILT,
         "FOOT_TEXELS": FOOT_TEXELS,
         "EDGE_SHARE": EDGE_SHARE,
         "FOOT_SHARE": FOOT_SHARE,
-        "SHARED_HEIGHTS": int(test.kind == "depth" and test.bias_strategy == "automatic" and has_plain_cells),
         "STEEPEST_TANGENT": STEEPEST_TANGENT,
         "CUT_BEYOND": min(cut.LARGE, 1e30),  # maps: twice the units of clip coordinates, a gradient being two rows' sum at most
+        **row.defines,
     }
 
 
-def test_uniforms(test: TestChoice, plan: ShadowPlan | None) -> dict[str, float]:
+def shadow_uniforms(test: ShadowTestChoice, plan: ShadowPlan | None) -> dict[str, float]:
     """`u_bias` (metres or texels, as the strategy has it) and the epsilons (metres; −1 = automatic)."""
     return {
         "u_bias": _bias(test, plan),
@@ -81,7 +69,7 @@ def test_uniforms(test: TestChoice, plan: ShadowPlan | None) -> dict[str, float]
     }
 
 
-def _bias(test: TestChoice, plan: ShadowPlan | None) -> float:
+def _bias(test: ShadowTestChoice, plan: ShadowPlan | None) -> float:
     if test.bias is not None:
         return test.bias
     if test.bias_strategy == "constant":
