@@ -148,7 +148,8 @@ By the ground's size, with the defaults:
 - **A lamp reaches as far as what it lights**, not as the scene: it does not shadow what is nearer than 10⁻⁴ of that.
 
 ## What it costs
-Ordinary scenes beside the program before (91b023b), frame by frame in turns, 1280×720, medians of 20 frames (`python -m benchmarks.stages`):
+Ordinary scenes beside the program before (91b023b), frame by frame in turns, 1280×720, medians of 20 frames
+(`python -m benchmarks.stages`):
 
 | scene | G-buffer, ms | map pass, ms |
 |---|---|---|
