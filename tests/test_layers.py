@@ -20,9 +20,9 @@ ADDON = ROOT / "addon"
 FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
-    "addon/blender": "cad_import changes clip_range own_images preferences redraw registering render_wish snapshot textures"
-    " < sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session < panels"
-    " viewport < engine hud < __init__",
+    "addon/blender": "cad_materials changes clip_range own_images preferences redraw registering render_wish snapshot textures"
+    " < cad_import sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session"
+    " < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
@@ -48,7 +48,8 @@ FLOORS = {
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view cad"
     " platform_deck < __init__",
-    "addon/scene/cad": "ears < colors companions polygons raw sniff text_numbers units < mtl ply_elements < * < assemble step < __init__",
+    "addon/scene/cad": "ears < colors companions losses polygons raw sniff text_numbers units < gltf_document mtl ply_elements < gltf_look"
+    " < gltf_primitives < * < assemble step < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/settings": "shadowing < groups < option words < impostor_options < options < combinations < __init__",
     "addon/settings/shadowing": "row < * < __init__",

@@ -10,7 +10,8 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..scene.cad_model import CadMaterial, CadMesh, CadModel, CadPart
+from ..scene.cad_model import CadCamera, CadLight, CadMesh, CadModel, CadPart
+from .cad_materials import COLORS, UVS, Made, material_of, mean_tints
 
 
 def to_blender(model: CadModel, parent: bpy.types.Collection) -> bpy.types.Collection:
@@ -19,11 +20,12 @@ def to_blender(model: CadModel, parent: bpy.types.Collection) -> bpy.types.Colle
     The collection's custom property `cad_units` tells the unit that was taken. Parts of one mesh share it; names are kept (Blender
     numbers doubles). Materials are matched by name and colour with those already there, so a second import adds none.
     """
-    made = _Made()
+    made = Made()
     try:
         collection = made.add(bpy.data.collections, model.name)
         collection["cad_units"] = model.units
-        materials = [_material(made, m) for m in model.materials]
+        tints = mean_tints(model)
+        materials = [material_of(made, m, tint) for m, tint in zip(model.materials, tints, strict=True)]
         meshes = [_mesh(made, m, materials) for m in model.meshes]
         objects = [_object(made, part, meshes) for part in model.parts]
         for part, ob in zip(model.parts, objects, strict=True):
@@ -38,50 +40,46 @@ def to_blender(model: CadModel, parent: bpy.types.Collection) -> bpy.types.Colle
     return collection
 
 
-class _Made:
-    """The datablocks made so far, to be taken back on failure."""
-
-    def __init__(self) -> None:
-        self.blocks: list[bpy.types.ID] = []
-
-    def add(self, kind: bpy.types.bpy_prop_collection, name: str, *args: object) -> bpy.types.ID:
-        """`kind.new(name, *args)`, remembered."""
-        block = kind.new(name, *args)
-        self.blocks.append(block)
-        return block
-
-    def remove_all(self) -> None:
-        """Remove everything made, users first."""
-        bpy.data.batch_remove(reversed(self.blocks))
-
-
-def _object(made: _Made, part: CadPart, meshes: list[bpy.types.Mesh]) -> bpy.types.Object:
-    ob = made.add(bpy.data.objects, part.name, meshes[part.mesh] if part.mesh >= 0 else None)
-    if part.mesh < 0:
+def _object(made: Made, part: CadPart, meshes: list[bpy.types.Mesh]) -> bpy.types.Object:
+    if isinstance(part.item, CadLight):
+        data = _light(made, part.item)
+    elif isinstance(part.item, CadCamera):
+        data = _camera(made, part.item)
+    else:
+        data = meshes[part.mesh] if part.mesh >= 0 else None
+    ob = made.add(bpy.data.objects, part.name, data)
+    if data is None:
         ob.empty_display_size = 0.01
+    if part.is_hidden:
+        ob.hide_viewport = ob.hide_render = True
     return ob
 
 
-def _material(made: _Made, material: CadMaterial) -> bpy.types.Material:
-    """The material of that name and colour, made if there is none."""
-    existing = bpy.data.materials.get(material.name)
-    if existing is not None and np.allclose(existing.diffuse_color, material.base_color, atol=1e-5):
-        return existing
-    new = made.add(bpy.data.materials, material.name)
-    new.diffuse_color = material.base_color
-    new.metallic, new.roughness = material.metallic, material.roughness
-    if bpy.app.version < (5, 0, 0):
-        new.use_nodes = True
-    node = next((n for n in new.node_tree.nodes if n.type == "BSDF_PRINCIPLED"), None)
-    if node is not None:
-        node.inputs["Base Color"].default_value = material.base_color
-        node.inputs["Alpha"].default_value = material.base_color[3]
-        node.inputs["Metallic"].default_value = material.metallic
-        node.inputs["Roughness"].default_value = material.roughness
-    return new
+def _light(made: Made, light: CadLight) -> bpy.types.Light:
+    data = made.add(bpy.data.lights, light.name, light.kind.upper())
+    data.color, data.energy = light.color, light.energy
+    if light.kind == "spot":
+        data.spot_size, data.spot_blend = light.cone, light.blend
+    if light.kind == "sun":
+        data.angle = 0.0
+    else:
+        data.shadow_soft_size = 0.0
+    return data
 
 
-def _mesh(made: _Made, mesh: CadMesh, materials: list[bpy.types.Material]) -> bpy.types.Mesh:
+def _camera(made: Made, camera: CadCamera) -> bpy.types.Camera:
+    data = made.add(bpy.data.cameras, camera.name)
+    data.sensor_fit = "VERTICAL"
+    if camera.fov_y is None:
+        data.type, data.ortho_scale = "ORTHO", camera.height
+    else:
+        data.angle_y = camera.fov_y
+    data.clip_start = max(camera.near, 1e-6)
+    data.clip_end = camera.far if camera.far is not None else max(1e4 * camera.near, 1e4)
+    return data
+
+
+def _mesh(made: Made, mesh: CadMesh, materials: list[bpy.types.Material]) -> bpy.types.Mesh:
     data = made.add(bpy.data.meshes, mesh.name)
     count = len(mesh.triangles)
     data.vertices.add(len(mesh.positions))
@@ -94,6 +92,10 @@ def _mesh(made: _Made, mesh: CadMesh, materials: list[bpy.types.Material]) -> bp
         data.materials.append(materials[index])
     if mesh.triangle_slots is not None:
         data.attributes.new("material_index", "INT", "FACE").data.foreach_set("value", mesh.triangle_slots)
+    if mesh.corner_colors is not None:
+        data.attributes.new(COLORS, "FLOAT_COLOR", "CORNER").data.foreach_set("color", mesh.corner_colors.ravel())
+    if mesh.corner_uvs is not None:
+        data.attributes.new(UVS, "FLOAT2", "CORNER").data.foreach_set("vector", mesh.corner_uvs.ravel())
     data.update(calc_edges=True)
     if mesh.normals is None:
         data.attributes.new("sharp_face", "BOOLEAN", "FACE").data.foreach_set("value", np.ones(count, dtype=bool))

@@ -1,4 +1,4 @@
-"""A CAD file (or a procedural example) as arrays: parts in a tree, shared meshes, materials. No bpy, no trimesh.
+"""A CAD file (or a procedural example) as arrays: parts in a tree, shared meshes, materials, lights, cameras. No bpy, no trimesh.
 
 `cad.read` and `platform_deck.build` return it; `blender/cad_import.py` turns it into objects. Always metres and Z up: the file's
 unit and axes have been applied to meshes and matrices, so no part carries an odd scale or a quarter turn.
@@ -7,6 +7,7 @@ unit and axes have been applied to meshes and matrices, so no part carries an od
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
@@ -14,13 +15,30 @@ from .records import frozen
 
 
 @dataclass(frozen=True, slots=True)
+class CadImage:
+    """A picture as the file has it, undecoded: a file beside the model (`path`), or the bytes of a PNG, JPEG or WebP within it (`data`)."""
+
+    name: str
+    path: Path | None = None
+    data: bytes | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class CadMaterial:
-    """A plain colour: `base_color` linear RGBA, 0…1, with the file's metalness and roughness where it has them."""
+    """A colour: `base_color` linear RGBA, 0…1, with the file's metalness and roughness where it has them.
+
+    `image` multiplies the colour where the mesh has `corner_uvs`; `has_vertex_colors`: so do the mesh's `corner_colors`. `emission` is
+    linear RGB radiance, `transmission` the share of light that goes through.
+    """
 
     name: str
     base_color: tuple[float, float, float, float]
     metallic: float = 0.0
     roughness: float = 0.6
+    image: CadImage | None = None
+    has_vertex_colors: bool = False
+    emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    transmission: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +46,8 @@ class CadMesh:
     """Geometry shared by any number of parts.
 
     `positions` (V, 3) float32 metres; `triangles` (T, 3) int32; `normals` (V, 3) float32 unit, the file's own, or None;
-    `materials` the slots (indices into `CadModel.materials`); `triangle_slots` (T,) int32 slot of each triangle, None = all slot 0.
+    `materials` the slots (indices into `CadModel.materials`); `triangle_slots` (T,) int32 slot of each triangle, None = all slot 0;
+    `corner_colors` (T, 3, 4) float32 linear RGBA and `corner_uvs` (T, 3, 2) float32, v upwards, of each triangle's corners, or None.
     """
 
     name: str
@@ -37,24 +56,60 @@ class CadMesh:
     normals: np.ndarray | None = None
     materials: tuple[int, ...] = ()
     triangle_slots: np.ndarray | None = None
+    corner_colors: np.ndarray | None = None
+    corner_uvs: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", frozen(self.positions, np.float32))
         object.__setattr__(self, "triangles", frozen(self.triangles, np.int32))
-        if self.normals is not None:
-            object.__setattr__(self, "normals", frozen(self.normals, np.float32))
-        if self.triangle_slots is not None:
-            object.__setattr__(self, "triangle_slots", frozen(self.triangle_slots, np.int32))
+        for name, dtype in (
+            ("normals", np.float32),
+            ("triangle_slots", np.int32),
+            ("corner_colors", np.float32),
+            ("corner_uvs", np.float32),
+        ):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, frozen(getattr(self, name), dtype))
+
+
+@dataclass(frozen=True, slots=True)
+class CadLight:
+    """A lamp that shines along its part's −Z: `kind` sun, point or spot; `color` linear RGB; `energy` W/m² of a sun, else watts, as Blender
+    has them; `cone` the full angle of a spot in radians, `blend` the share of it that fades out."""
+
+    name: str
+    kind: str
+    color: tuple[float, float, float]
+    energy: float
+    cone: float = 0.0
+    blend: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class CadCamera:
+    """A camera that looks along its part's −Z, Y up: `fov_y` its full vertical angle in radians, or None for an orthographic one of
+    `height` metres; `near` and `far` metres, `far` None for none."""
+
+    name: str
+    fov_y: float | None
+    height: float = 0.0
+    near: float = 0.1
+    far: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class CadPart:
-    """One node of the tree: `parent` is an earlier index or −1, `mesh` an index or −1 (a group), `parent_from_part` (4, 4) float64."""
+    """One node of the tree: `parent` is an earlier index or −1, `mesh` an index or −1 (a group), `parent_from_part` (4, 4) float64.
+
+    `item` the light or camera that stands there; `is_hidden`: the file says that it is not to be shown.
+    """
 
     name: str
     parent: int
     mesh: int
     parent_from_part: np.ndarray
+    item: CadLight | CadCamera | None = None
+    is_hidden: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parent_from_part", frozen(self.parent_from_part, np.float64))
@@ -91,10 +146,11 @@ class CadModel:
         return world
 
     def bounds(self) -> np.ndarray:
-        """(2, 3) float64 axis-aligned bounds of all parts' vertices, metres."""
+        """(2, 3) float64 axis-aligned bounds of the vertices of all parts, metres; of those that are not hidden where there are such."""
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        has_shown = any(part.mesh >= 0 and not part.is_hidden for part in self.parts)
         for part, matrix in zip(self.parts, self.world_from_part(), strict=True):
-            if part.mesh >= 0 and len(self.meshes[part.mesh].positions):
+            if part.mesh >= 0 and not (part.is_hidden and has_shown) and len(self.meshes[part.mesh].positions):
                 points = self.meshes[part.mesh].positions.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
                 low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
         return np.stack([low, high])

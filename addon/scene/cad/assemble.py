@@ -47,13 +47,16 @@ def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> Cad
 
 
 def _matrices(raw: RawFile, scale: float, turn: np.ndarray) -> np.ndarray:
-    """(N, 4, 4) of all nodes. A matrix M becomes C M C⁻¹ with C the turn and the scale, so parts keep unit scale and upright axes."""
+    """(N, 4, 4) of all nodes. A matrix M becomes C M C⁻¹ with C the turn and the scale, so parts keep unit scale and upright axes; lights
+    and cameras keep the axes of the file, which they look along: for them the change is the scale alone."""
     identity = np.eye(4)
     file = np.array([identity if node.matrix is None else node.matrix for node in raw.nodes], dtype=np.float64).reshape(-1, 4, 4)
-    change = np.eye(4)
-    change[:3, :3] = scale * turn
+    change = np.tile(identity, (len(raw.nodes) + 1, 1, 1))  # the last is that of the file itself, the parent of the roots
+    change[:, :3, :3] = scale * turn
+    change[[i for i, node in enumerate(raw.nodes) if node.item is not None], :3, :3] = scale * np.eye(3)
+    above = [node.parent for node in raw.nodes]
     with np.errstate(invalid="ignore", over="ignore", under="ignore"):
-        return change @ file @ np.linalg.inv(change)
+        return change[above] @ file @ np.linalg.inv(change[:-1])
 
 
 def _parts(
@@ -67,7 +70,7 @@ def _parts(
         mesh = kept.get(node.mesh, -1) if node.mesh is not None and is_finite else -1
         if mesh >= 0 and node.mesh in centres:
             matrix[:3, 3] += matrix[:3, :3] @ centres[node.mesh]
-        parts.append(CadPart(_text(node.name), node.parent, mesh, matrix))
+        parts.append(CadPart(_text(node.name), node.parent, mesh, matrix, node.item, node.is_hidden))
     if not finite.all():
         warnings.append(f"{np.count_nonzero(~finite)} parts are placed at NaN or infinity and were left out.")
     return tuple(parts)
@@ -88,39 +91,70 @@ class _Builder:
         present = [(piece, clean) for piece, clean in [(piece, next(self.cleaned)) for piece in pieces] if clean is not None]
         if not present:
             return None
-        is_plain = all(piece.material is None and piece.triangle_colors is None for piece in pieces)
         used: list[int] = []
-        slots = [] if is_plain else [self._slots(piece, clean, used) for piece, clean in present]
+        slots, colors = self._looks(present, used)
         clean = [c for _, c in present]
         firsts = np.cumsum([0] + [len(c.positions) for c in clean])
         positions = clean[0].positions if len(clean) == 1 else np.concatenate([c.positions for c in clean])
         triangles = np.concatenate([c.triangles + f for c, f in zip(clean, firsts, strict=False)])
         normals = None if any(c.normals is None for c in clean) else np.concatenate([c.normals for c in clean])
+        uvs = _joined([(piece.corner_uvs, clean) for piece, clean in present], np.zeros(2, np.float32))
         if key not in self.with_children:
             centre = own_centre(positions)
             if centre.any():
                 self.centres[key], positions = centre, positions - centre
         with np.errstate(under="ignore"):
-            return CadMesh(_text(name), positions, triangles, normals, tuple(used), np.concatenate(slots) if len(used) > 1 else None)
+            return CadMesh(_text(name), positions, triangles, normals, tuple(used), slots if len(used) > 1 else None, colors, uvs)
 
-    def _slots(self, piece: RawPiece, clean: CleanPiece, used: list[int]) -> np.ndarray:
+    def _looks(self, present: list[tuple[RawPiece, CleanPiece]], used: list[int]) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """The slot of each kept triangle and the colours of its corners, None where all are alike; adds the materials to `used`."""
+        if all(piece.material is None and piece.corner_colors is None for piece, _ in present):
+            return None, None
+        faces = [None if p.corner_colors is None else _face_slots(p, c, self.raw.materials.get(p.material)) for p, c in present]
+        slots = [self._slots(piece, clean, own, used) for (piece, clean), own in zip(present, faces, strict=True)]
+        varied = [(p.corner_colors if own is None else None, c) for (p, c), own in zip(present, faces, strict=True)]
+        return np.concatenate(slots), _joined(varied, np.ones(4, np.float32))
+
+    def _slots(self, piece: RawPiece, clean: CleanPiece, faces: tuple[np.ndarray, np.ndarray] | None, used: list[int]) -> np.ndarray:
         """Slot of each kept triangle; adds the materials to `used`, the mesh's slots."""
-        if piece.triangle_colors is not None:
-            colors, of = color_slots(piece.triangle_colors[clean.kept])
-            return np.array([_slot_of(used, self._color(c)) for c in colors], dtype=np.int32)[of]
-        material = self._color(GREY) if piece.material is None else self._material(piece.material, self.raw.materials[piece.material])
+        own = None if piece.material is None else self.raw.materials[piece.material]
+        if faces is not None:
+            return np.array([_slot_of(used, self._color(c, piece.material, own)) for c in faces[0]], dtype=np.int32)[faces[1]]
+        if piece.corner_colors is not None:
+            plain = own or CadMaterial("Vertex Colors", (1.0, 1.0, 1.0, 1.0))
+            material = self._material(("varied", piece.material), replace(plain, has_vertex_colors=True))
+        else:
+            material = self._color(GREY, None, None) if own is None else self._material(piece.material, own)
         return np.full(len(clean.triangles), _slot_of(used, material), dtype=np.int32)
 
-    def _color(self, color: np.ndarray) -> int:
+    def _color(self, color: np.ndarray, key: object, of: CadMaterial | None) -> int:
+        """The material of one colour, which multiplies that of a material where there is one."""
         steps = tuple(int(round(255 * float(c))) for c in color)
         name = "Color " + "".join(f"{s:02x}" for s in steps[:3])
-        return self._material(steps, CadMaterial(name, tuple(float(c) for c in color)))
+        if of is None:
+            return self._material(steps, CadMaterial(name, tuple(float(c) for c in color)))
+        tinted = tuple(float(c * own) for c, own in zip(color, of.base_color, strict=True))
+        return self._material((key, steps), replace(of, name=f"{of.name} {name}", base_color=tinted))
 
     def _material(self, key: object, material: CadMaterial) -> int:
         if key not in self._index:
             self._index[key] = len(self.materials)
             self.materials.append(replace(material, name=_text(material.name)))
         return self._index[key]
+
+
+def _face_slots(piece: RawPiece, clean: CleanPiece, material: CadMaterial | None) -> tuple[np.ndarray, np.ndarray] | None:
+    """The few colours of a piece whose triangles are of one colour each, and that of each kept triangle; None of any other piece."""
+    if material is not None and material.image is not None:
+        return None
+    return color_slots(piece.corner_colors[clean.kept])
+
+
+def _joined(pieces: list[tuple[np.ndarray | None, CleanPiece]], default: np.ndarray) -> np.ndarray | None:
+    """(T, 3, k) what the corners of the kept triangles of all pieces have, the default where one has nothing; None if none has any."""
+    if all(own is None for own, _ in pieces):
+        return None
+    return np.concatenate([np.tile(default, (len(c.triangles), 3, 1)) if own is None else own[c.kept] for own, c in pieces])
 
 
 def _text(name: object) -> str:

@@ -19,14 +19,20 @@ def rgba(colors: np.ndarray, *, is_srgb: bool) -> np.ndarray:
     return linear_from_srgb(unit) if is_srgb else unit
 
 
-def color_slots(triangle_colors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Claim: (S, 4) colours, S ≤ `MAX_SLOTS`, and the slot (T,) of each triangle. More colours than that become their mean.
+def color_slots(corner_colors: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Claim: (S, 4) colours, S ≤ `MAX_SLOTS`, and the slot (T,) of each triangle of (T, 3, 4) corner colours; None where a triangle has
+    more than one colour, or all together have more.
 
     Colours are told apart at 1/255, as files store them.
     """
-    steps = np.rint(triangle_colors * 255.0).astype(np.int64)
+    steps = np.rint(corner_colors * 255.0).astype(np.int64)
     key = steps @ np.array([1 << 24, 1 << 16, 1 << 8, 1])
-    _, first, slots = np.unique(key, return_index=True, return_inverse=True)
-    if len(first) > MAX_SLOTS:
-        return triangle_colors.mean(axis=0, keepdims=True), np.zeros(len(triangle_colors), dtype=np.int32)
-    return triangle_colors[first], slots.astype(np.int32).ravel()
+    if (key != key[:, :1]).any():
+        return None
+    _, first, slots = np.unique(key[:, 0], return_index=True, return_inverse=True)
+    return None if len(first) > MAX_SLOTS else (corner_colors[first, 0], slots.astype(np.int32).ravel())
+
+
+def of_faces(colors: np.ndarray) -> np.ndarray:
+    """(T, 3, 4) the colours of all corners from (T, 4) of the triangles."""
+    return np.broadcast_to(colors[:, None, :], (len(colors), 3, 4))

@@ -111,7 +111,7 @@ def _piece(run: _Run, vertices: np.ndarray, normals: np.ndarray, materials: dict
     material = run.material if run.material in materials else None
     colors = None
     if material is None and vertices.shape[1] >= 6 and len(triangles):
-        colors = rgba(vertices[np.maximum(used, 0), 3:6], is_srgb=True)[triangles].mean(axis=1)
+        colors = rgba(vertices[np.maximum(used, 0), 3:6], is_srgb=True)[triangles]
     return RawPiece(positions, triangles, own, material, colors)
 
 

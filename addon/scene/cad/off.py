@@ -30,8 +30,8 @@ def read_off(path: Path) -> RawFile:
     triangles, _ = triangulate(vertices[corners, :3], sizes)
     triangles = corners[triangles].reshape(-1, 3)
     colors = _vertex_colors(kind, vertices)
-    per_triangle = None if colors is None or not len(triangles) else colors[triangles].mean(axis=1)
-    raw = RawFile(meshes={path: (path.stem, [RawPiece(vertices[:, :3], triangles, None, None, per_triangle)])})
+    per_corner = None if colors is None or not len(triangles) else colors[triangles]
+    raw = RawFile(meshes={path: (path.stem, [RawPiece(vertices[:, :3], triangles, None, None, per_corner)])})
     raw.nodes.append(RawNode(path.stem, mesh=path))
     return raw
 

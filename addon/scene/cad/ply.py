@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..plain_text import shown_name
-from .colors import rgba
+from .colors import of_faces, rgba
 from .ply_elements import Columns, Lists, ply_elements
 from .polygons import triangulate
 from .raw import RawFile, RawNode, RawPiece
@@ -50,9 +50,9 @@ def _piece(elements: dict[str, Columns], vertices: Columns, positions: np.ndarra
     normals = _table(vertices, ("nx", "ny", "nz")) if all(name in vertices for name in ("nx", "ny", "nz")) else None
     colors, own = None, _colors(faces)
     if own is not None and len(polygon) == len(triangles):
-        colors = own[polygon]
+        colors = of_faces(own[polygon])
     elif (own := _colors(vertices)) is not None and len(triangles):
-        colors = own[np.maximum(triangles, 0)].mean(axis=1)
+        colors = own[np.maximum(triangles, 0)]
     return RawPiece(positions, triangles, normals, None, colors)
 
 

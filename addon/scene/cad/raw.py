@@ -6,31 +6,38 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..cad_model import CadMaterial
+from ..cad_model import CadCamera, CadLight, CadMaterial
 
 
 @dataclass(eq=False)
 class RawPiece:
     """Triangles of one material: `positions` (V, 3), `triangles` (T, 3), `normals` (V, 3) or None.
 
-    `material` is a key of `RawFile.materials` or None; `triangle_colors` (T, 4) linear RGBA where the file colours faces or vertices.
+    `material` is a key of `RawFile.materials` or None. Where the file colours faces or vertices: `corner_colors` (T, 3, 4) linear RGBA of
+    the triangles' corners, which multiply the material's; `corner_uvs` (T, 3, 2), v upwards, where the material has an image.
     """
 
     positions: np.ndarray
     triangles: np.ndarray
     normals: np.ndarray | None = None
     material: object | None = None
-    triangle_colors: np.ndarray | None = None
+    corner_colors: np.ndarray | None = None
+    corner_uvs: np.ndarray | None = None
 
 
 @dataclass(eq=False)
 class RawNode:
-    """A node of the tree: `parent` an earlier index or −1, `mesh` a key of `RawFile.meshes` or None, `matrix` (4, 4) or None (identity)."""
+    """A node of the tree: `parent` an earlier index or −1, `mesh` a key of `RawFile.meshes` or None, `matrix` (4, 4) or None (identity).
+
+    `item` the light or camera that stands there, looking along −Z of the file's axes; `is_hidden` for a node that is not to be shown.
+    """
 
     name: str
     parent: int = -1
     mesh: object | None = None
     matrix: np.ndarray | None = None
+    item: CadLight | CadCamera | None = None
+    is_hidden: bool = False
 
 
 @dataclass(eq=False)

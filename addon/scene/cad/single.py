@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .colors import rgba
+from .colors import of_faces, rgba
 from .raw import RawFile, RawNode, RawPiece
 
 
@@ -36,5 +36,5 @@ def _piece(g: dict) -> RawPiece:
     triangles = np.asarray(g.get("faces", np.empty((0, 3), np.int64))).reshape(-1, 3)
     colors = None
     if g.get("face_colors") is not None and len(g["face_colors"]) == len(triangles) and len(triangles):
-        colors = rgba(g["face_colors"], is_srgb=True)
+        colors = of_faces(rgba(g["face_colors"], is_srgb=True))
     return RawPiece(g["vertices"], triangles, None, None, colors)

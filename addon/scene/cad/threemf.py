@@ -12,6 +12,7 @@ from ...errors import CadFileError
 from ...images.srgb import linear_from_srgb
 from ..cad_model import CadMaterial
 from ..plain_text import shown_name
+from .colors import of_faces
 from .raw import RawFile, RawNode, RawPiece
 
 MAX_DEPTH = 64
@@ -108,7 +109,7 @@ class _Package:
         if len(set(chosen)) <= 1:
             return RawPiece(positions, triangles, None, self._material(raw, file, chosen[0] if chosen else default))
         colors = np.array([self._color(file, c) for c in chosen])
-        return RawPiece(positions, triangles, None, None, colors)
+        return RawPiece(positions, triangles, None, None, of_faces(colors))
 
     def _entry(self, file: str, chosen: tuple[str | None, str]) -> CadMaterial | None:
         palette = self.palettes.get((file, chosen[0] or ""), [])
