@@ -39,12 +39,14 @@ FLOORS = {
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit < __init__",
     "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
-    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < renderer < bake bare_passes remote < __init__",
+    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
+    " < bake bare_passes remote < __init__",
     "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
     "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
     " < shadow < shade < __init__",
+    "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view cad"
     " platform_deck < __init__",

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from addon.images.passes import depth_picture, picture_of
+from addon.images.passes import depth_picture
+from addon.pipeline.render_passes import picture_of
 
 
 def test_texels_that_nothing_casts_into_are_black_and_the_farthest_caster_is_not(rng):

@@ -5,6 +5,7 @@ Sources: `addon.settings.options` (names, ranges, tooltips) and the parser of `a
     <!-- options: warp eta -->  …  <!-- end -->      one row per option
     <!-- choices: warp -->  …  <!-- end -->          one row per choice of an option
     <!-- presets: all -->  …  <!-- end -->           one row per preset that is shipped
+    <!-- passes: all -->  …  <!-- end -->            one row per pass
 
 and what stands between is replaced. `docs/command_line.md` is made whole. Not here: any word about what an option does.
 """
@@ -18,13 +19,14 @@ from math import isinf
 from pathlib import Path
 
 from addon.cli.parser import build_parser
+from addon.pipeline.render_passes import RENDER_PASSES
 from addon.settings.option import Option
 from addon.settings.options import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "blender" / "presets" / "cad_shadow_preview"
 COMMAND_LINE = DOCS / "command_line.md"
-MARKED = re.compile(r"(<!-- (options|choices|presets): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+MARKED = re.compile(r"(<!-- (options|choices|presets|passes): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 UNITS = {"m": " m", "texel": " texels"}
 
 COMMAND_LINE_HEAD = """# Command line
@@ -109,9 +111,17 @@ def preset_table(_names: list[str]) -> str:
     return table(("Preset", "For", "Sets"), rows)
 
 
+def pass_table(_names: list[str]) -> str:
+    """The passes: name, the array in a result and in .npz, what it holds, and what Blender's render layers call it."""
+    rows = [
+        (f"`{row.name}`", f"`{row.array}` {row.shape}", row.text, row.blender.name if row.blender else "") for row in RENDER_PASSES.values()
+    ]
+    return table(("Pass", "Array", "What it holds", "In Blender"), rows)
+
+
 def filled(text: str) -> str:
     """A page with every marked table made anew."""
-    makers = {"options": option_table, "choices": choice_table, "presets": preset_table}
+    makers = {"options": option_table, "choices": choice_table, "presets": preset_table, "passes": pass_table}
     return MARKED.sub(lambda m: f"{m[1]}\n{makers[m[2]](m[3].split())}\n{m[4]}", text)
 
 

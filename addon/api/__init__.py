@@ -21,13 +21,12 @@ import numpy as np
 from ..blender import image_editor, session
 from ..blender.rendering import render
 from ..errors import OutputError
-from ..images.passes import picture_of
 from ..images.whole import check_picture
 from ..maths.error.theory import theory as predict
 from ..maths.view import Camera, Light
-from ..pipeline.job import ENGINE_PASSES
+from ..pipeline.render_passes import ENGINE_PASSES, USUAL_PASSES, picture_of
 from ..scene.asked_view import Point
-from ..settings.groups import PASSES, Settings
+from ..settings.groups import Settings
 from ..settings.options import with_options
 from ..studies import outputs
 from ..studies.run import Outcome
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from ..pipeline.frame import ImpostorReport
 
 __all__ = ["Impostor", "ImpostorPath", "Preview", "analyse", "impostor_path", "impostors", "preview", "theory"]
-ALL_PASSES = tuple(name for name in PASSES if name != "texel")
+ALL_PASSES = USUAL_PASSES
 
 
 @dataclass(frozen=True, eq=False)

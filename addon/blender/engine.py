@@ -12,20 +12,13 @@ import numpy as np
 from ..errors import UserError
 from ..pipeline.frame import Frame
 from ..pipeline.job import Job
+from ..pipeline.render_passes import ENGINE_PASSES, RENDER_PASSES
 from ..studies.run import Outcome, run
 from . import session, sources
 from .render_wish import ENGINE, RenderWish, active_wish
 from .viewport import LiveView
 
-# our pass → Blender's pass: name, channels, channel ids, type
-RENDER_PASSES = {
-    "combined": ("Combined", 4, "RGBA", "COLOR"),
-    "depth": ("Depth", 1, "Z", "VALUE"),
-    "normal": ("Normal", 3, "XYZ", "VECTOR"),
-    "shadow": ("Shadow", 1, "X", "VALUE"),
-    "aliasing": ("Aliasing", 3, "XYZ", "VECTOR"),
-}
-NOTHING_HERE = 1e10  # what Blender's own engines write as the depth of the background
+LAYERS = tuple(RENDER_PASSES[name] for name in ENGINE_PASSES)
 
 
 def border_window(render: bpy.types.RenderSettings, width: int, height: int) -> tuple[int, int, int, int]:
@@ -41,13 +34,9 @@ def border_window(render: bpy.types.RenderSettings, width: int, height: int) -> 
 
 
 def rect_of(name: str, image: np.ndarray, window: tuple[int, int, int, int]) -> np.ndarray:
-    """Our image as the flat float32 array, bottom row first, that a render pass takes. Errors that are not known (no surface) become 0."""
+    """Our image as the flat float32 array, bottom row first, that a render pass takes."""
     x0, y0, x1, y1 = window
-    image = image[::-1][y0:y1, x0:x1]
-    if name == "depth":
-        image = np.where(np.isfinite(image), image, np.float32(NOTHING_HERE))
-    elif name == "aliasing":
-        image = np.where(np.isnan(image), np.float32(0.0), image)
+    image = RENDER_PASSES[name].blender.shown(image[::-1][y0:y1, x0:x1])
     return np.ascontiguousarray(image, dtype=np.float32).ravel()
 
 
@@ -62,8 +51,8 @@ class CadShadowEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None) -> None:
         """Tell the compositor which passes there are."""
-        for blender_name, channels, ids, kind in RENDER_PASSES.values():
-            self.register_pass(scene, renderlayer, blender_name, channels, ids, kind)
+        for layer in (row.blender for row in LAYERS):
+            self.register_pass(scene, renderlayer, layer.name, len(layer.channels), layer.channels, layer.kind)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """One frame, for F12, animations, `blender -b` and `rendering.render`."""
@@ -105,12 +94,12 @@ class CadShadowEngine(bpy.types.RenderEngine):
     def _deliver(self, frame: Frame, depsgraph: bpy.types.Depsgraph) -> None:
         layer = depsgraph.view_layer.name
         window = border_window(depsgraph.scene.render, *frame.passes["combined"].shape[1::-1])
-        for blender_name, channels, ids, _kind in list(RENDER_PASSES.values())[1:]:
-            self.add_pass(blender_name, channels, ids, layer=layer)
+        for own in (row.blender for row in LAYERS[1:]):  # Blender has added Combined
+            self.add_pass(own.name, len(own.channels), own.channels, layer=layer)
         result = self.begin_result(0, 0, window[2] - window[0], window[3] - window[1], layer=layer)
         passes = result.layers[0].passes
-        for name, (blender_name, *_rest) in RENDER_PASSES.items():
-            passes[blender_name].rect.foreach_set(rect_of(name, frame.passes[name], window))
+        for row in LAYERS:
+            passes[row.blender.name].rect.foreach_set(rect_of(row.name, frame.passes[row.array], window))
         self.end_result(result)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:

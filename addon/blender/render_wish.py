@@ -11,7 +11,8 @@ import bpy
 
 from ..errors import UserError
 from ..maths.view import Camera
-from ..pipeline.job import ENGINE_PASSES, Job
+from ..pipeline.job import Job
+from ..pipeline.render_passes import ENGINE_PASSES
 from ..scene.asked_view import CameraMaker, Lens, LightMaker
 from ..scene.default_view import camera_for_view
 from ..scene.records import Scene

@@ -12,7 +12,8 @@ import bpy
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
-from ..pipeline.job import ENGINE_PASSES, Job
+from ..pipeline.job import Job
+from ..pipeline.render_passes import ENGINE_PASSES
 from ..scene.asked_view import sun_from
 from ..scene.default_view import default_sun, world_sun
 from ..scene.local_origin import based_near

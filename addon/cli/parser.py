@@ -10,9 +10,9 @@ import argparse
 import re
 from math import radians
 
+from ..pipeline.render_passes import PASSES, USUAL_PASSES
 from ..scene.cad.units import metres_per_unit, z_up_from
 from ..scene.platform_deck.layout import FEWEST, MOST
-from ..settings.groups import PASSES
 from ..settings.impostor_options import IMPOSTOR_OPTIONS
 from ..settings.option import Option
 from ..settings.options import OPTIONS
@@ -179,7 +179,7 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
             "--passes",
             type=pass_list(PASSES),
             metavar="PASS[,PASS…]",
-            help=f"from {','.join(PASSES)} (default: combined; all but texel for npz)",
+            help=f"from {','.join(PASSES)} (default: combined; all but {', '.join(n for n in PASSES if n not in USUAL_PASSES)} for npz)",
         )
         group.add_argument(
             "--format", choices=FORMATS, default="png", help="png to look at, exr for exact values per pass, npz for all in one file"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import bpy
 
 from ..blender import image_editor
-from ..pipeline.job import ENGINE_PASSES, Job
+from ..pipeline.job import Job
+from ..pipeline.render_passes import ENGINE_PASSES
 from ..studies.pending import Cancels, Progress
 from ..studies.run import Outcome, run
 from .background import PictureOperator

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from .impostors.records import ImpostorChoice
 
 
-ENGINE_PASSES = ("combined", "depth", "normal", "shadow", "aliasing")
 MAX_PIXELS = 16384
 
 

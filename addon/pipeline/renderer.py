@@ -27,18 +27,19 @@ from .geometry.draw_list import DrawList
 from .gl.context import GpuWorker, shared_worker
 from .gl.gl_raw import finish
 from .gl.machine import check_picture
-from .gl.readback import frame_passes, read_texture
+from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame, library_of
 from .impostors.shadows import casters_of
 from .job import Job
 from .passes.gbuffer import draw_gbuffer, surface_points_ws
 from .passes.shadow import ShadowMaps, draw_shadow_maps
+from .render_passes import DATA_PASSES, made_passes
+from .render_passes.row import ShadedImages
 
 Task = Callable[..., object]
 """What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
 STAGES = ("sync", "upload", "gbuffer", "shadow", "shade", "readback")
 PRECISION_PLACES = 4096
-DATA_PASSES = ("shadow", "depth", "normal", "object", "partition", "aliasing")
 
 
 @dataclass
@@ -230,16 +231,15 @@ def _frame(
     combined: np.ndarray | None,
     data: list[np.ndarray] | None,
 ) -> Frame:
-    passes, loss = frame_passes(combined, data, job.passes), Loss()
+    errors, normals, ids = data if data is not None else (None, None, None)
+    read_maps = _shadow_maps(device, job, plan).read if plan is not None else None
+    passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps)), Loss()
     measured, warnings = None, plan.warnings if plan is not None else ()
-    if job.measure and data is not None:
-        errors = data[0]
+    if job.measure and errors is not None:
         seen = errors[..., 0] >= 0.0
         measured = aliasing_statistics(errors[..., 0][seen], errors[..., 1][seen], errors[..., 2][seen])
         loss = _precision(job, plan, draw_list, data)
         measured["precision"] = loss.as_dict()
-    if "texel" in job.passes and plan is not None:
-        passes["shadow_depth"] = _shadow_maps(device, job, plan).read()
     info = device.context.info
     geometry = {"meshes": len(job.scene.meshes), "instances": len(job.scene.instances), "triangles": job.scene.triangle_count}
     if impostors is not None:

@@ -16,7 +16,6 @@ BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-pl
 PCF_COUNTS = (1, 4, 9, 16, 25)
 SAMPLE_COUNTS = (1, 4, 9, 16)
 FILTER_UNITS = ("texel", "pixel", "metre")
-PASSES = ("combined", "shadow", "depth", "normal", "object", "partition", "aliasing", "texel")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
 IMPOSTOR_USES = ("automatic", "manual", "off")
 IMPOSTOR_PROJECTIONS = ("perspective", "orthographic")

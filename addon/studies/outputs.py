@@ -16,8 +16,8 @@ import numpy as np
 
 from ..errors import OutputError
 from ..images.exr import encode_exr
-from ..images.passes import channels_of, picture_of
 from ..images.png import encode_png
+from ..pipeline.render_passes import channels_of, pass_named, picture_of
 from ..scene import user_files
 from .run import Outcome
 from .scratch import PART, beside
@@ -155,7 +155,7 @@ def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarra
     job, frame = outcome.job, outcome.frame
     local_from_world = np.eye(4)
     local_from_world[:3, 3] = -job.scene.origin_ws
-    names = ["shadow_depth" if name == "texel" else name for name in wanted]
+    names = [pass_named(name).array for name in wanted]
     arrays = {name: frame.passes[name] for name in names if name in frame.passes}
     arrays["view_from_world"] = job.camera.view_from_world @ local_from_world
     arrays["clip_from_view"] = job.camera.clip_from_view

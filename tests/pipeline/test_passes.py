@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from addon.errors import SettingsError
+from addon.images.exr import encode_exr
 from addon.maths.error import measure
 from addon.maths.shadow import lookup
 from addon.pipeline.job import Job
-from addon.pipeline.renderer import DATA_PASSES
+from addon.pipeline.render_passes import DATA_PASSES, ENGINE_PASSES, PASSES, RENDER_PASSES
 from addon.settings.groups import Settings
 from addon.studies.run import run
 from tests import scenes
@@ -127,3 +129,27 @@ def occluder_heights(frame, points, normals, index):
         steps = lookup.texel_footprint(projection, points[here], SUN, MAP)
         high[here] = np.linalg.norm(steps, axis=-1).max(axis=-1)
     return out, high
+
+
+def test_every_pass_is_written_and_shown(renderer):
+    frame = render(renderer, scenes.chair(), settings(), PASSES)
+    assert set(frame.passes) == {row.array for row in RENDER_PASSES.values()}
+    for row in RENDER_PASSES.values():
+        image = frame.passes[row.array]
+        assert row.picture(frame.passes).dtype in (np.uint8, np.uint16), row.name
+        planes = row.channels(image)
+        assert sum(plane.size for plane in planes.values()) == image.size, row.name
+        assert encode_exr(planes)
+        if row.blender is not None:
+            shown = row.blender.shown(image)
+            assert np.isfinite(shown).all() and shown.size == SIZE[0] * SIZE[1] * len(row.blender.channels), row.name
+
+
+def test_blenders_passes_start_with_combined_and_each_has_its_place():
+    assert ENGINE_PASSES[0] == "combined"
+    assert len({RENDER_PASSES[name].blender.place for name in ENGINE_PASSES}) == len(ENGINE_PASSES)
+
+
+def test_a_pass_that_there_is_not_is_refused(renderer):
+    with pytest.raises(SettingsError, match="Pass is 'colour': choose one of combined, "):
+        render(renderer, scenes.chair(), settings(), ("combined", "colour"))

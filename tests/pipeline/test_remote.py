@@ -18,7 +18,7 @@ from addon.pipeline.gl.machine import Machine
 from addon.pipeline.job import Job
 from addon.pipeline.remote.child import Server
 from addon.pipeline.remote.renderer import RemoteRenderer
-from addon.pipeline.renderer import DATA_PASSES
+from addon.pipeline.render_passes import DATA_PASSES
 from addon.scene.records import Instances, Scene
 from addon.settings.groups import Settings
 from addon.studies.impostors.asked import choice_for, whole

@@ -7,7 +7,8 @@ from addon.pipeline import renderer as pipeline
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
-from addon.pipeline.renderer import DATA_PASSES, render_frame
+from addon.pipeline.render_passes import DATA_PASSES
+from addon.pipeline.renderer import render_frame
 from addon.settings.groups import Settings
 from tests import scenes
 

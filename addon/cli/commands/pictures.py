@@ -11,7 +11,7 @@ from ...blender.render_wish import RenderWish
 from ...blender.rendering import render
 from ...images.png import encode_png
 from ...images.whole import check_picture
-from ...settings.groups import PASSES
+from ...pipeline.render_passes import USUAL_PASSES
 from ...studies.light_view import SIZE as LIGHT_VIEW_SIZE
 from ...studies.light_view import light_picture
 from ...studies.outputs import write_bytes, write_json, write_npz, write_pass, written
@@ -22,7 +22,7 @@ from ...studies.truth.compare import COMPARED_PASSES
 
 def preview(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render and write the passes and the report."""
-    wanted = args.passes or (tuple(p for p in PASSES if p != "texel") if args.format == "npz" else ("combined",))
+    wanted = args.passes or (USUAL_PASSES if args.format == "npz" else ("combined",))
     wish.passes = wanted
     written_files = []
     if args.format != "npz" and "combined" in wanted:

@@ -21,32 +21,3 @@ def read_texture(texture: moderngl.Texture, *, flip: bool = True) -> np.ndarray:
     formats = _FLOAT_FORMATS if texture.dtype == "f4" else _INTEGER_FORMATS
     read_into(texture.ctx, texture, formats[texture.components], _KINDS[texture.dtype], image)
     return np.ascontiguousarray(image[::-1]) if flip else image
-
-
-def frame_passes(combined: np.ndarray, data: list[np.ndarray] | None, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """The contract's images from the shading targets (combined; errors, normal, ids), only those asked for.
-
-    No surface: depth inf, object −1, partition −1, normal 0, shadow 1, aliasing NaN. No map there: aliasing NaN.
-    """
-    passes = {"combined": combined} if "combined" in wanted else {}
-    if data is None:
-        return passes
-    errors, normal, ids = data
-    nothing = ids[..., 0] < 0
-    makers = {
-        "shadow": lambda: np.ascontiguousarray(errors[..., 3]),
-        "depth": lambda: np.where(nothing, np.float32(np.inf), normal[..., 3]),
-        "normal": lambda: np.ascontiguousarray(normal[..., :3]),
-        "object": lambda: np.ascontiguousarray(ids[..., 0]),
-        "partition": lambda: np.ascontiguousarray(ids[..., 1]),
-        "aliasing": lambda: aliasing_image(errors),
-    }
-    passes.update({name: make() for name, make in makers.items() if name in wanted})
-    return passes
-
-
-def aliasing_image(errors: np.ndarray) -> np.ndarray:
-    """(h, w, 3) m, m_x, m_z with NaN where there is no surface or no map (the shader writes −1)."""
-    image = np.ascontiguousarray(errors[..., :3])
-    image[image < 0.0] = np.nan
-    return image
