@@ -25,6 +25,9 @@ from addon.studies.run import run
 from benchmarks.impostor_stage import Stage, load
 
 SIDE, MAP = 192, 1024
+RESTED = ("depth", "id-depth", "triangle")
+REST_EYES = (30, 20, 8.0), (120, 40, 5.0), (200, 50, 4.0), (290, 10, 12.0)
+"""Azimuth and elevation in degrees, distance in radii."""
 SPRITE_ONLY = LifeSettings(limit=1e-6, waiting=1e9, sprite_px=1.0, ahead=0.0)
 LIVES = {
     "sprite only": SPRITE_ONLY,
@@ -73,14 +76,16 @@ class Orbit:
         return [self.camera(stage, angle) for angle in range(self.frames)]
 
 
-def filmed(renderer: Renderer, scene: Scene, cameras: Sequence[Camera], choice: ImpostorChoice | None) -> Film:
+def filmed(
+    renderer: Renderer, scene: Scene, cameras: Sequence[Camera], choice: ImpostorChoice | None, settings: Settings = SETTINGS
+) -> Film:
     """A path with shadows, `SIDE`² pixels of 2 × 2 samples."""
     renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
     stage, frames, reports = Stage(None, scene), [], []
     blocks = (SIDE, 2, SIDE, 2)
     for camera in cameras:
         frame = run(
-            Job(scene, camera, stage.sun(), SETTINGS, (2 * SIDE, 2 * SIDE), ("combined", "object"), measure=False, impostors=choice),
+            Job(scene, camera, stage.sun(), settings, (2 * SIDE, 2 * SIDE), ("combined", "object"), measure=False, impostors=choice),
             on=renderer,
         ).frame
         picture = np.clip(frame.passes["combined"][..., :3], 0, 1).reshape(*blocks, 3).mean(axis=(1, 3)).astype(np.float32)
@@ -139,6 +144,19 @@ def elsewhere(renderer: Renderer, name: str, degrees: int) -> list[dict]:
 def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """The first third of an orbit per life cycle."""
     return [lived(renderer, name, Orbit(degrees // 3), rules) | {"way": way} for way, rules in LIVES.items()]
+
+
+def rest(renderer: Renderer, name: str) -> list[dict]:
+    """Pictures at the capture's own eye, with shadows, by test: also of a model finer than its texels, which would be geometry."""
+    scene, rows = load(name), []
+    stage, always = Stage(None, scene), whole(scene, LifeSettings(finest=float("inf")))
+    for test in RESTED:
+        settings = SETTINGS.replaced(test={"kind": test})
+        for azimuth, elevation, radii in REST_EYES:
+            camera = [stage.camera(azimuth, elevation, radii)]
+            (quality,) = filmed(renderer, scene, camera, always, settings).quality_db(filmed(renderer, scene, camera, None, settings))
+            rows.append({"model": name, "test": test, "eye": [azimuth, elevation, radii], "psnr_db": quality})
+    return rows
 
 
 def sprite_degrees(stage: Stage, path: Orbit) -> float:

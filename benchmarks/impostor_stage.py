@@ -11,6 +11,8 @@ import numpy as np
 from addon.maths import spaces
 from addon.maths.relief.frame import CaptureChoice, capture_frame, tilt_rad
 from addon.maths.relief.warp import shift_unit
+from addon.maths.shadow.fit import plan_shadows
+from addon.maths.shadow.projection import ShadowPlan
 from addon.maths.view import Camera, Light
 from addon.pipeline.device import Device
 from addon.pipeline.gl.readback import read_texture
@@ -18,6 +20,7 @@ from addon.pipeline.impostors.capture import ImpostorTextures, capture
 from addon.pipeline.impostors.draw import draw_impostor
 from addon.pipeline.impostors.views import DrawnImpostor
 from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer, pixel_rays
+from addon.pipeline.passes.shadow import ShadowMaps, draw_shadow_maps
 from addon.scene.cad import read
 from addon.scene.records import Instances, Mesh, Scene
 from addon.settings.groups import Settings
@@ -39,6 +42,8 @@ MODELS = (
 )
 SAMPLES = 4
 HELD_TEXELS = 2.0
+LIT = Settings().replaced(fit={"kind": "scene", "size": 1024}, partition={"kind": "none"}, test={"kind": "triangle"})
+"""With shadows, of the exact test: what is wrong is the impostor's."""
 
 
 @cache
@@ -126,14 +131,26 @@ class Stage:
     def picture(
         self, camera: Camera, side: int, impostors: list[ImpostorTextures] | None = None, method: str = "inverse"
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(picture (side, side, 3), silhouette): shaded without shadows, 4 × 4 samples a pixel; of the geometry without impostors."""
+        """(picture (side, side, 3), silhouette): with shadows, 4 × 4 samples a pixel; of the geometry without impostors."""
         size, device = (side * SAMPLES, side * SAMPLES), self.device
+        plan, maps = self._shadows(camera, size)
         gbuffer = self.direct(camera, size) if impostors is None else self.drawn(camera, size, impostors, method)
-        target = device.shade_target(size, False)
-        device.shade_pass.draw(target, gbuffer, None, self.draw_list, device.triangles(), camera, self.sun(), None, Settings())
+        target, triangles = device.shade_target(size, False), device.triangles(linked=True, normals=True)
+        device.shade_pass.draw(
+            target, gbuffer, maps, self.draw_list, triangles, camera, self.sun(), plan, LIT, impostors=impostors is not None
+        )
         blocks = (side, SAMPLES, side, SAMPLES)
         image = np.clip(read_texture(target.textures[0])[..., :3], 0, 1).reshape(*blocks, 3).mean(axis=(1, 3))
         return image, (read_texture(gbuffer.ids)[..., 0] > 0).reshape(blocks).mean(axis=(1, 3)) >= 0.5
+
+    def _shadows(self, camera: Camera, size: tuple[int, int]) -> tuple[ShadowPlan, ShadowMaps]:
+        """The geometry's shadows in one map."""
+        device, bounds = self.device, {"scene_bounds_ws": self.scene.bounds_ws(), "caster_bounds_ws": self.scene.instance_bounds_ws()}
+        plan = plan_shadows(camera, self.sun(), LIT.warp, LIT.partition, LIT.fit, image_size=size, **bounds)
+        maps = device.shadow_maps(LIT.fit.size, len(plan.projections), LIT.test)
+        draw_shadow_maps(device.context, device.programs, maps, self.draw_list, plan, LIT.test, None)
+        maps.holds = None
+        return plan, maps
 
     def unseen(self, impostor: ImpostorTextures, camera: Camera, size: tuple[int, int]) -> int:
         """Pixels of the true picture whose surface point the capture's front layer does not hold.

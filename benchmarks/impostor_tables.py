@@ -39,6 +39,7 @@ def write() -> None:
     parts = [INTRO]
     makers = {
         "predictors": _predictors,
+        "rest": _rest,
         "pictures": _pictures,
         "orbit": _orbit,
         "elsewhere": _elsewhere,
@@ -106,9 +107,24 @@ def _predictors(rows: list[dict]) -> str:
     )
 
 
+def _rest(rows: list[dict]) -> str:
+    tests, eyes = (list(dict.fromkeys(of(r) for r in rows)) for of in (lambda r: r["test"], lambda r: tuple(r["eye"])))
+    of = {(r["model"], r["test"], tuple(r["eye"])): r["psnr_db"] for r in rows}
+    lines = []
+    for model in dict.fromkeys(r["model"] for r in rows):
+        lines.append((model, *(f"{np.median(q):.1f} / {min(q):.1f}" for q in ([of[model, t, e] for e in eyes] for t in tests))))
+    every = [[r["psnr_db"] for r in rows if r["test"] == test] for test in tests]
+    lines.append(("all", *(f"{np.median(q):.1f} / {min(q):.1f}" for q in every)))
+    return (
+        f"## At the capture's own eye\n\n192² pixels of 2 × 2 samples, a texel a sample, shadows, {len(eyes)} eyes round each model at "
+        f"{min(e[2] for e in eyes):g} to {max(e[2] for e in eyes):g} radii; PSNR dB over both silhouettes, median / least, by shadow "
+        "test (99 = equal).\n\n" + table(("model", *tests), lines)
+    )
+
+
 def _pictures(rows: list[dict]) -> str:
     parts = [
-        "## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, no shadows; medians over the models. PSNR and SSIM over the "
+        "## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, with shadows; medians over the models. PSNR and SSIM over the "
         "union of the silhouettes. Two captures: the eye in the middle between them, each that angle away."
     ]
     for radii in sorted({r["radii"] for r in rows}):

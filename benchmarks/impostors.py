@@ -1,6 +1,7 @@
 """Relief impostors, measured: `python -m benchmarks.impostors TABLE… [--models NAME…]` → docs/impostors.md; `all` makes it wholly.
 
     predictors   every predictor against the pixels that a capture has really never seen
+    rest         the capture's own eye, with shadows, by every test
     pictures     sprite, forward warp, one layer, two layers, two captures against the geometry, 0…60°, 3…16 radii
     orbit        360° at 1° steps round each model, automatic, as the program does it by default: worst frame, jumps at renewals
     elsewhere    a quarter of an orbit that the error's weights were not fitted on: 5 radii, 50° above
@@ -37,8 +38,8 @@ APPROACHED = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.gl
 ONLY = {"life": (*APPROACHED, "robile_housing.obj", "amazing_hand.glb", "duplex_house.obj", "tray_bottom_mm.stl"), "approach": APPROACHED}
 """The models of tables that are not made of all: the four others are drawn as geometry at the films' size, finer than their texels."""
 ORBITS = {"orbit": impostor_films.orbit, "elsewhere": impostor_films.elsewhere, "life": impostor_films.life}
-FILMS = {"shadows": impostor_films.shadows, "approach": impostor_approach.approach}
-TABLES = ("predictors", "pictures", "orbit", "elsewhere", "life", "shadows", "approach", "speed")
+FILMS = {"rest": impostor_films.rest, "shadows": impostor_films.shadows, "approach": impostor_approach.approach}
+TABLES = ("predictors", "rest", "pictures", "orbit", "elsewhere", "life", "shadows", "approach", "speed")
 
 
 def predictors(stage: Stage, name: str) -> list[dict]:
@@ -57,7 +58,7 @@ def predictors(stage: Stage, name: str) -> list[dict]:
 
 
 def pictures(stage: Stage, name: str, distances: list[float]) -> list[dict]:
-    """Every way of drawing, at every angle and distance, 4 × 4 supersampled, two texels a pixel."""
+    """Every way of drawing, at every angle and distance, with shadows, 4 × 4 supersampled, two texels a pixel."""
     rows = []
     for radii in distances:
         first = stage.camera(30, 20, radii)

@@ -57,12 +57,14 @@ class Device:
         """The picture's targets, with or without the data images."""
         return self._keep(f"shade{int(data)}", size, lambda: ShadeTarget(self.context, size, data))
 
-    def triangles(self, linked: bool = False) -> dict[str, BufferTexture]:
-        """The pools as buffer textures by sampler name: positions, indices, and what lies across the edges if `linked`."""
+    def triangles(self, linked: bool = False, normals: bool = False) -> dict[str, BufferTexture]:
+        """The pools as buffer textures by sampler name: positions, indices, what lies across the edges if `linked`, and `normals`."""
         store = self.store
         pools = {"u_positions": (store.positions, "r32f"), "u_indices": (store.indices, "r32ui")}
         if linked:
             pools["u_links"] = (store.linked(), "r32ui")
+        if normals:
+            pools["u_normals"] = (store.normals, "r32ui")
         return {
             name: self._keep(name, (pool.glo, pool.size, store.pools), partial(BufferTexture, self.context, pool, kind))
             for name, (pool, kind) in pools.items()

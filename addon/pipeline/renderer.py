@@ -186,8 +186,9 @@ def _shade(
     wants_data = _wants_data(job)
     samples = job.settings.shading.samples if "combined" in job.passes else 1
     target = device.shade_target(job.size, wants_data)
+    holds_impostors = impostors is not None and bool(impostors.drawn)
     if wants_data or samples == 1:
-        _shade_once(device, job, job.camera, draw_list, plan, target)
+        _shade_once(device, job, job.camera, draw_list, plan, target, holds_impostors)
     data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
     if samples == 1:
         return (read_texture(target.textures[0]) if "combined" in job.passes else None), data
@@ -196,17 +197,21 @@ def _shade(
     for i, camera in enumerate(_jittered(job.camera, job.size, samples)):
         ticket.enter(0.7 + 0.25 * i / samples, "shade")
         _draw_surfaces(device, job, draw_list, camera, impostors)
-        _shade_once(device, job, camera, draw_list, plan, target)
+        _shade_once(device, job, camera, draw_list, plan, target, holds_impostors)
         combined += read_texture(target.textures[0])
     return combined / np.float32(samples), data
 
 
-def _shade_once(device: Device, job: Job, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object) -> None:
+def _shade_once(
+    device: Device, job: Job, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object, impostors: bool
+) -> None:
     maps = _shadow_maps(device, job, plan) if plan is not None else None
-    triangles = device.triangles(linked=maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
+    impostors = impostors and maps is not None
+    walks = impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
+    triangles = device.triangles(linked=walks, normals=impostors)
     large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
     gbuffer = device.gbuffer(job.size)
-    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large)
+    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large, impostors)
 
 
 def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:

@@ -9,8 +9,6 @@
 uniform sampler2DArray u_shadow_depth;
 uniform usampler2DArray u_shadow_ids;
 uniform usampler2DArray u_outline_ids;  // of the triangles whose edges cross each cell: OUTLINES
-uniform usamplerBuffer u_links;  // beside the indices: the triangle across the edge from corner k to k + 1, or one of these
-const uint NOTHING = 0xFFFFFFFFu, SEVERAL = 0xFFFFFFFEu, NOWHERE = 0xFFFFFFFDu;
 uniform float u_epsilon_far;   // metres along the ray; negative: FAR_TEXELS texels
 
 // A triangle as the parallel rays of one receiver see it. A ray displaced by d hits it iff the edge functions inside + turn . d have one sign.

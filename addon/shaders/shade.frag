@@ -7,6 +7,10 @@
 #include "common_receiver.glsl"
 #include "common_triangles.glsl"
 #include "common_large.glsl"
+#include "common_links.glsl"
+#if IMPOSTORS
+#include "common_triangle_met.glsl"
+#endif
 #include "common_filter.glsl"
 #include "common_light.glsl"
 uniform sampler2D u_view_depth;
@@ -39,7 +43,7 @@ vec3 moved_inside(vec3 x, vec3 from, vec3 to, vec3 normal, float most) {
     return x - inwards * (clamp(across, -most, 0.0) / max(length(inwards), 1e-30));
 }
 
-Surface surface_seen(uvec4 info, uint slot, uint triangle, vec3 start, vec3 along, float view_depth) {
+Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, vec3 start, vec3 along, float view_depth) {
     vec3 a = corner_ws(info, slot, triangle * 3u), b = corner_ws(info, slot, triangle * 3u + 1u), c = corner_ws(info, slot, triangle * 3u + 2u);
     vec3 turn = cross(b - a, c - a);
     turn /= max(length(turn), 1e-30);
@@ -55,11 +59,12 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, vec3 start, vec3 alon
     } else
 #endif
     {
-        float slope = dot(n, along);
-        if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -1e-3 * view_depth, 1e-3 * view_depth);
+        float slope = dot(n, along), most = IMPOSTORS != 0 && is_met ? 1e30 : 1e-3 * view_depth;
+        if (IMPOSTORS != 0 && !is_met) x += n * dot(n, a - x);
+        else if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -most, most);
     }
-#ifdef INSIDE_ITS_TRIANGLE
-    float most = 1e-4 * view_depth;
+#if IMPOSTORS || defined(INSIDE_ITS_TRIANGLE)
+    float most = IMPOSTORS != 0 && !is_met ? 1e30 : 1e-4 * view_depth;
     x = moved_inside(moved_inside(moved_inside(x, a, b, turn, most), b, c, turn, most), c, a, turn, most);
 #endif
     vec3 size = max(abs(x), max(abs(start), abs(far)));
@@ -84,9 +89,14 @@ void main() {
     float view_depth = texelFetch(u_view_depth, pixel, 0).r;
     vec3 pixel_h = vec3(gl_FragCoord.xy, 1.0);
     vec3 along = u_along_from_pixel * pixel_h;
-    Surface seen = surface_seen(info, slot, ids.g, u_start_from_pixel * pixel_h, along, view_depth);
-    vec3 x_ws = seen.position_ws, geometric = seen.normal_ws;
+    vec3 start = u_start_from_pixel * pixel_h;
     vec3 smooth_normal = from_octahedral(texelFetch(u_normal, pixel, 0).rg);
+    bool is_met = true;
+#if IMPOSTORS
+    is_met = follow_to_ray(info, slot, start + along * view_depth, along, ids.g, smooth_normal);
+#endif
+    Surface seen = surface_seen(info, slot, ids.g, is_met, start, along, view_depth);
+    vec3 x_ws = seen.position_ws, geometric = seen.normal_ws;
     smooth_normal = dot(smooth_normal, geometric) < 0.0 ? -smooth_normal : smooth_normal;
     vec3 light_ws = towards_light(x_ws);
     bool faces = dot(geometric, light_ws) > 0.0;

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from addon.pipeline.gl import programs
+from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
 from addon.settings.groups import TESTS, Settings
 from addon.studies.run import run
@@ -13,6 +14,7 @@ from tests import scenes
 
 CAMERA = scenes.look_at((14.0, -16.0, 9.0), (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0)
 HUGE = scenes.scene_of(scenes.floor(2e4), scenes.box((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0)))  # its ground is cut, for the camera and for maps
+BOX = ImpostorChoice((ImpostorGroup("box", (1,)),), break_even=False)
 CHOICES = [
     *({"test": {"kind": kind}, "warp": {"kind": warp}} for kind in TESTS for warp in ("lispsm", "logpsm")),
     {"test": {"kind": "triangle", "outlines": True}},
@@ -71,8 +73,9 @@ def test_every_name_in_a_condition_is_defined(renderer, monkeypatch, choice):
 
     monkeypatch.setattr(programs.Programs, "get", noted)
     settings = Settings().replaced(fit={"size": 128}, **choice)
-    for scene in (HUGE, scenes.closed_box()):
-        frame = run(Job(scene, CAMERA, scenes.sun(40.0), settings, (64, 48), ("combined", "shadow")), on=renderer).frame
+    for scene, impostors in ((HUGE, None), (scenes.closed_box(), None), (scenes.closed_box(), BOX)):
+        job = Job(scene, CAMERA, scenes.sun(40.0), settings, (64, 48), ("combined", "shadow"), impostors=impostors)
+        frame = run(job, on=renderer).frame
         assert np.isfinite(frame.passes["combined"]).all()
-    assert {name for name, _ in got} >= {"gbuffer.vert", "gbuffer_cut.vert", "shade.frag"}
+    assert {name for name, _ in got} >= {"gbuffer.vert", "gbuffer_cut.vert", "impostor.frag", "shade.frag"}
     assert {(name, word) for name, values in got for word in undefined(programs.source(name, values))} == set()

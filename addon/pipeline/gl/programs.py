@@ -29,7 +29,6 @@ SAMPLER_UNITS = {
     "u_shadow_depth": 8,
     "u_shadow_ids": 9,
     "u_cells_0": 10,
-    "u_links": 10,
     "u_cells_1": 11,
     "u_outline_ids": 11,
     "u_cell_ids_0": 12,
@@ -47,6 +46,8 @@ SAMPLER_UNITS = {
     "u_both_normals": 24,
     "u_both_ids": 25,
     "u_large": 26,
+    "u_links": 27,
+    "u_normals": 28,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

@@ -21,6 +21,9 @@ from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 
+MOST_FOLLOWED = 64
+"""Triangles at most from the one that an impostor's texel names to the one that the view ray meets."""
+
 
 class ShadeTarget:
     """`combined` RGBA32F; with `data` also errors (m, m_x, m_z, light), normal (xyz, view depth) and ids (object, map)."""
@@ -63,8 +66,12 @@ class ShadePass:
         plan: ShadowPlan | None,
         settings: Settings,
         large: LargePlanes | None = None,
+        impostors: bool = False,
     ) -> None:
-        """Shade `gbuffer` into `target`. `large`: the planes of triangles too large for float32, relative to the plan's origin."""
+        """Shade `gbuffer` into `target`. `large`: the planes of triangles too large for float32, relative to the plan's origin.
+
+        `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked.
+        """
         program = self._programs.get(
             "fullscreen.vert",
             "shade.frag",
@@ -74,6 +81,8 @@ class ShadePass:
             ERROR_COLORS=len(SCALE_COLORS),
             USE_OBJECT_COLORS=settings.shading.use_object_colors,
             LARGE=large is not None,
+            IMPOSTORS=impostors,
+            MOST_FOLLOWED=MOST_FOLLOWED,
             **shadow_defines(settings.test),
         )
         self._bind(program, gbuffer, maps, draw_list, triangles | ({"u_large": large.texture} if large is not None else {}))
