@@ -37,7 +37,8 @@ FLOORS = {
     " error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
-    "addon/maths/shadow": "light_space partitions projection spacing warps < crop cut faces lookup slices strength < fit < __init__",
+    "addon/maths/shadow": "light_space partitions projection sight spacing warps < crop cut faces lookup slices strength < lamps < fit"
+    " < __init__",
     "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
     " < bake bare_passes remote < __init__",

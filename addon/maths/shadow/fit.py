@@ -3,62 +3,33 @@
 1. Light space (`light_space.py`), γ. 2. Near and far of what is to be divided: the camera's ('frustum'), those of view ∩ scene ('scene'),
 or those of the receivers really visible ('samples'). 3. Splits (`partitions.py`), and the planes they stand for (`slices.py`). 4. Per
 partition n' (`warps.py`), the apex placed before its part of the view frustum as T4 §4.2.2 has it, then the crop (`crop.py`): xy from
-receivers, depth from casters.
+receivers, depth from casters. For a finite light 4. is `lamps.py`'s.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import expm1, inf, log1p, pi, sqrt
 
 import numpy as np
 
 from ..choices import FitChoice, PartitionChoice, WarpChoice, unsuited
-from ..frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
+from ..frusta import Body, frustum_corners, hexahedron
 from ..spaces import smoothstep, translation
 from ..view import Camera, Light
 from .crop import Casters, Receivers, Warp, casters_in, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
+from .lamps import aimed, border, parts_the_picture, pyramid_corners, sections, share_of
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
+from .sight import Sight, sight_of
 from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count
 from .strength import RATE, RATE_SLICED, Range, steady_strength
 from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
-THINNEST = 1e-3  # least (f−n)/n of a range that is divided
-
-
-@dataclass(frozen=True, eq=False)
-class Sight:
-    """What every map of a plan needs to know: the view, the choices, and the receivers relative to the eye.
-
-    `samples` (3, P) float32 or None for the body fits, `depths` (P,) their view depths; `body` the view frustum, cut by the scene for
-    the 'scene' fit; `boxes` (I, 2, 3) the casters; `pixel` half a pixel's size at view depth 1 (perspective) or anywhere (orthographic).
-    """
-
-    camera: Camera
-    warp: WarpChoice
-    fit: FitChoice
-    samples: np.ndarray | None
-    depths: np.ndarray | None
-    body: Body
-    boxes: np.ndarray
-    pixel: float
-
-    @property
-    def depth_range(self) -> tuple[float, float] | None:
-        """Least and largest view depth of the receivers, never thinner than `THINNEST`; None where there is nothing."""
-        depths = self.depths if self.samples is not None else self.body.vertices @ self.camera.direction_ws
-        return None if not len(depths) else self.padded_range(float(depths.min()), float(depths.max()))
-
-    def padded_range(self, near: float, far: float) -> tuple[float, float]:
-        """The range inside the camera's, widened to a thickness that can be warped and divided."""
-        if not self.camera.is_orthographic:
-            near = max(near, self.camera.near * (1.0 - 1e-6))
-        return near, max(far, near + THINNEST * max(abs(near), 1e-6 * (self.camera.far - self.camera.near)))
 
 
 @np.errstate(under="ignore")  # float32 products of nearly parallel axes: zero is what they mean
@@ -82,10 +53,11 @@ def plan_shadows(
     """
     if fit.kind == "samples" and receivers_ws is None:
         raise ValueError("The 'samples' fit needs receivers_ws, the points of the visible surface.")
-    sight = _sight(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
+    sight = sight_of(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
     near, far = sight.depth_range or (camera.near, camera.far)
     spaces = list(_spaces(sight, light, partition, scene_bounds_ws))
-    choice = partition if light.kind != "point" else PartitionChoice(kind="none")
+    pieces = partition.z_count if light.kind == "spot" and parts_the_picture(partition) else 1
+    choice = partition if light.kind != "point" and pieces == 1 else PartitionChoice(kind="none")
     first = spaces[0][1]
     along = choice.cut != "view" and light.kind == "sun" and not _has_faces(camera, light, partition) and choice.z_count > 1
     halved = along and slice_count(choice) < choice.z_count
@@ -94,7 +66,10 @@ def plan_shadows(
     elif halved:
         choice = replace(choice, count=slice_count(choice))
     splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
-    projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
+    if light.kind == "sun":
+        projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
+    else:
+        projections = tuple(p for face, space in spaces for p in _lamp_maps(sight, space, splits, face, pieces))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
     return ShadowPlan(
@@ -108,31 +83,6 @@ def plan_shadows(
     )
 
 
-def _sight(
-    camera: Camera,
-    warp: WarpChoice,
-    fit: FitChoice,
-    receivers: np.ndarray | None,
-    scene_bounds: np.ndarray,
-    casters: np.ndarray,
-    image_size: tuple[int, int],
-) -> Sight:
-    """Everything moved to the eye, where float32 is finest."""
-    eye = camera.eye_ws
-    body = hexahedron(frustum_corners(camera, camera.near, camera.far))
-    if fit.kind == "scene":
-        body = body.clipped(box_planes(np.asarray(scene_bounds, np.float64) - eye))
-    samples = depths = None
-    if fit.kind == "samples":
-        points = np.asarray(receivers).reshape(-1, 3)
-        samples = np.empty((3, len(points)), np.float32)
-        for axis in range(3):
-            np.subtract(points[:, axis], float(eye[axis]), out=samples[axis], casting="same_kind")
-        depths = camera.direction_ws.astype(np.float32) @ samples
-    pixel = 1.0 / float(camera.clip_from_view[1, 1]) / image_size[1]
-    return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
-
-
 def _spaces(sight: Sight, light: Light, partition: PartitionChoice, scene_bounds: np.ndarray) -> Iterator[tuple[int, LightSpace]]:
     """(face, light space): one, six for the frustum's faces, or six for a point light (a cube along the world's axes)."""
     camera = sight.camera
@@ -140,7 +90,7 @@ def _spaces(sight: Sight, light: Light, partition: PartitionChoice, scene_bounds
         yield from face_spaces(camera, light) if _has_faces(camera, light, partition) else [(-1, sun_space(light, camera))]
         return
     position = np.asarray(light.position_ws, np.float64) - camera.eye_ws
-    reach = _reach(sight, position, scene_bounds)
+    reach = sight.reach(position, scene_bounds)
     if light.kind == "spot":
         yield -1, cone_space(position, -np.asarray(light.direction_ws, np.float64), light.cone_rad, reach, camera)
         return
@@ -148,15 +98,6 @@ def _spaces(sight: Sight, light: Light, partition: PartitionChoice, scene_bounds
     for face in range(6):
         axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
         yield face, cone_space(position, sign * axes[axis], pi / 4.0, reach, camera, axes[[(axis + 1) % 3, (axis + 2) % 3]])
-
-
-def _reach(sight: Sight, position: np.ndarray, scene_bounds: np.ndarray) -> float:
-    """Metres from a finite light, relative to the eye, to the farthest thing it may have to light: what is seen, not all there is."""
-    if sight.samples is not None and sight.samples.size:
-        offset = sight.samples - position.astype(np.float32)[:, None]
-        return 1.001 * float(np.sqrt(np.square(offset).sum(axis=0).max()))
-    corners = sight.body.vertices if len(sight.body.vertices) else box_corners(scene_bounds) - sight.camera.eye_ws
-    return float(np.linalg.norm(corners - position, axis=1).max())
 
 
 def _has_faces(camera: Camera, light: Light, partition: PartitionChoice) -> bool:
@@ -199,6 +140,50 @@ def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along:
             yield ShadowProjection(
                 **whole, near=near, far=far, face=face, is_cut_along_light=slices.along, region_planes_ws=_region(space, sight.camera, own)
             )
+
+
+def _lamp_maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, pieces: int) -> Iterator[ShadowProjection]:
+    """One projection per slab between the splits for a finite light's space, or `pieces` of one: a map is parted in the middle, along the
+    axis whose error is the larger, and each part has a map of its own; four together have no larger texels than one of as many."""
+    rows, depths = _light_rows(sight, space)
+    slices = across_view(splits, sight.camera.direction_ws)
+    capped = sight.warp.eta is None and sight.warp.parameter is None
+    for i in range(slices.count):
+        near, far = slices.depths(i)
+        todo = [(pieces, slices.region(i))]
+        while todo:
+            count, cuts = todo.pop()
+            receivers, fitted = _lamp_contents(sight, space, rows, depths, slices, i, cuts)
+            aim = aimed(space, receivers, share_of(sight.warp, *fitted, sight.camera.half_fov_rad), capped)
+            casters = casters_in(aim.space, sight.boxes if receivers is not None else sight.boxes[:0])
+            fields = _one_map(sight, aim.space, aim.receivers, casters, fitted, cuts, aim.strength)
+            if count > 1:
+                plane = border(fields["clip_from_world"] @ translation(sight.camera.eye_ws), aim.error, (count // 2) / count)
+                todo += [(count - count // 2, np.concatenate([cuts, plane])), (count // 2, np.concatenate([cuts, -plane]))]
+                continue
+            region = _region(space, sight.camera, cuts)
+            yield ShadowProjection(**fields, near=near, far=far, face=face, is_cut_along_light=pieces > 1, region_planes_ws=region)
+
+
+def _lamp_contents(
+    sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, slices: Slices, i: int, cuts: np.ndarray
+) -> tuple[Receivers | None, tuple[float, float]]:
+    """What of slab i lies inside the planes `cuts` through a finite light (P, 4): its receivers in light space or None, their depths."""
+    if rows is None:
+        points = sections(sight.body.clipped(slices.planes(i)).clipped(space.planes).clipped(cuts), sight.camera.direction_ws)
+        own = points @ sight.camera.direction_ws
+        kept = space.points(points).T if len(points) else np.empty((3, 0))
+    else:
+        held = slices.holds(i, depths)
+        for plane in cuts:
+            x, travel, z = plane[:3] @ np.stack([space.from_eye[0, :3], space.travel_ws, space.from_eye[2, :3]]).T
+            held &= travel + x * rows[0] + z * rows[2] >= -SLACK
+        chosen = np.flatnonzero(held)
+        own, kept = depths[chosen], rows.take(chosen, axis=1)
+    if not len(own):
+        return None, sight.padded_range(float(slices.splits[i]), float(slices.splits[i + 1]))
+    radius = (np.ones_like(own) if sight.camera.is_orthographic else own) * sight.pixel * kept[1]
+    return Receivers(kept, radius.astype(kept.dtype)), sight.padded_range(float(own.min()), float(own.max()))
 
 
 def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: LightSpace, sight: Sight) -> list[np.ndarray]:
@@ -258,7 +243,11 @@ def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.
     planes = space.planes.astype(np.float32)
     inside = np.flatnonzero((planes[:, :3] @ sight.samples >= -planes[:, 3:]).all(axis=0))
     h = axes[:, :3] @ sight.samples.take(inside, axis=1) + axes[:, 3:]
-    return h[:3] / h[3], sight.depths[inside]
+    rows, depths = h[:3] / h[3], sight.depths[inside]
+    if space.select is None:  # a spot: outside its cone nothing is lit
+        lit = np.flatnonzero(rows[0] ** 2 + rows[2] ** 2 <= (1.0 + SLACK) * space.slope**2)
+        rows, depths = rows.take(lit, axis=1), depths[lit]
+    return rows, depths
 
 
 def _contents(
@@ -271,7 +260,7 @@ def _contents(
     i: int,
     half: np.ndarray,
 ) -> tuple[Receivers | None, tuple[float, float]]:
-    """Partition i's receivers in light space (None where there are none), and their own view-depth range."""
+    """Partition i's receivers in a sun's space (None where there are none), and their own view-depth range."""
     empty = float(slices.splits[0 if slices.along else i]), float(slices.splits[-1 if slices.along else i + 1])
     if rows is None:
         inside = _cut(sight.body.clipped(slices.planes(i)).clipped(half), space).vertices
@@ -280,7 +269,7 @@ def _contents(
         own = inside @ sight.camera.direction_ws
         return Receivers(space.points(inside).T), sight.padded_range(float(own.min()), float(own.max()))
     held = slices.holds(i, heights)
-    for plane in half:  # of a sun's space
+    for plane in half:
         side = (space.from_eye[:3, :3] @ plane[:3]).astype(np.float32) @ rows + np.float32(plane[3])
         held &= side >= -SLACK * np.abs(rows).max(axis=0)
     chosen = np.flatnonzero(held)
@@ -288,8 +277,6 @@ def _contents(
         return None, sight.padded_range(*empty)
     own, kept = depths[chosen], rows.take(chosen, axis=1)
     radius = np.full(len(own), sight.pixel, np.float32) if sight.camera.is_orthographic else own * np.float32(sight.pixel)
-    if space.position is not None:
-        radius = radius * kept[1]
     return Receivers(kept, radius), sight.padded_range(float(own.min()), float(own.max()))
 
 
@@ -299,17 +286,26 @@ def _cut(body: Body, space: LightSpace) -> Body:
 
 
 def _one_map(
-    sight: Sight, space: LightSpace, receivers: Receivers | None, casters: Casters, fitted: tuple[float, float], cuts: np.ndarray
+    sight: Sight,
+    space: LightSpace,
+    receivers: Receivers | None,
+    casters: Casters,
+    fitted: tuple[float, float],
+    cuts: np.ndarray,
+    strength: float | None = None,
 ) -> dict[str, object]:
-    """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths, crop to the receivers."""
+    """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths (a finite light brings its
+    `strength`), crop to the receivers."""
     near, far = fitted
-    hull = _hull(sight, space, near, far, cuts)
+    hull = _hull(sight, space, near, far, cuts) if receivers is None or space.position is None else np.empty((0, 3))
     lit = receivers if receivers is not None else Receivers(hull.T)
-    z = np.concatenate([hull[:, 2], [lit.rows[2].min(), lit.rows[2].max()]]) if space.position is not None else hull[:, 2]
+    z = hull[:, 2] if space.position is None else lit.rows[2]
     start, depth = float(z.min()), max(float(np.ptp(z)), 1e-9)
-    round_share = _round_share(sight, space, near, far)
+    round_share = _round_share(sight, space, near, far) if space.position is None else 0.0
     least = 0.0
-    if space.rise is None:
+    if strength is not None:
+        depth_m = warp_depth(near, far, sight.camera.half_fov_rad, space.gamma_rad)
+    elif space.rise is None:
         strength, depth_m = _strength(sight, space, near, far, depth, RATE_SLICED.get(sight.warp.kind, RATE) if len(cuts) else RATE)
     else:
         least = LEAST_SIZE * float(np.ptp(frustum_corners(sight.camera, near, far), axis=0).max())
@@ -338,7 +334,7 @@ def _hull(sight: Sight, space: LightSpace, near: float, far: float, cuts: np.nda
     own = _cut(slab.clipped(cuts), space).vertices
     if len(own):
         return space.points(own)
-    return space.points(slab.vertices if space.position is None else _reach_of(space))
+    return space.points(slab.vertices if space.position is None else pyramid_corners(space, 2.0 * space.least, space.least / NEAREST))
 
 
 def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> float:
@@ -350,18 +346,12 @@ def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> fl
 
 
 def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float, rate: float) -> tuple[float, float]:
-    """ln(f'/n') of the map, which grows by at most `rate` per degree of γ, and the depth of P in metres that n' refers to.
-
-    For the sun that is P's own depth. In a finite light's space lengths have no unit: there f'/n' is carried over from the directional
-    case at the place the map looks at, which is the same thing for a distant light.
-    """
+    """ln(f'/n') of a sun's map, which grows by at most `rate` per degree of γ, and the depth of P in metres that n' refers to."""
     phi, gamma = sight.camera.half_fov_rad, space.gamma_rad
     if phi <= 0.0:
         return 0.0, depth
-    text_depth = warp_depth(near, far, phi, gamma)
-    depth_m = depth if space.position is None else text_depth
-    extent = Range(near, far, phi, max(phi, _side_angle(sight.camera, space)), depth_m / text_depth)
-    return steady_strength(sight.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi)), rate), depth_m
+    extent = Range(near, far, phi, max(phi, _side_angle(sight.camera, space)), depth / warp_depth(near, far, phi, gamma))
+    return steady_strength(sight.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi)), rate), depth
 
 
 def _side_angle(camera: Camera, space: LightSpace) -> float:
@@ -379,19 +369,3 @@ def _light_depths(space: LightSpace, camera: Camera, y: tuple[float, float], cen
         return offset - y[0], offset - y[1]
     slant = sqrt(1.0 + centre[0] ** 2 + centre[1] ** 2)
     return tuple(slant / v if v > 0.0 else inf for v in y)
-
-
-def _reach_of(space: LightSpace) -> np.ndarray:
-    """(8, 3) corners, relative to the eye, of the pyramid a finite light serves: the matrix of a map that nothing visible asks."""
-    side = space.planes[:4, :3]
-    across = side[0] - side[1], side[2] - side[3]
-    u, v = (space.slope * e / np.linalg.norm(e) for e in across)
-    reach = space.least / NEAREST
-    return np.array(
-        [
-            space.position + d * (space.travel_ws + a * u + b * v)
-            for d in (2.0 * space.least, reach)
-            for a in (-1.0, 1.0)
-            for b in (-1.0, 1.0)
-        ]
-    )
