@@ -68,19 +68,23 @@ def measure(
     size: tuple[int, int] = views.SIZE,
     known: Container[Key] = (),
     every: int = 1,
+    lamps: bool = False,
 ) -> Iterator[Row]:
     """Rows of every model × view × light × method, in that order, but those whose key is `known`. A view in which nothing faces the
     light is left out.
 
-    `elevations` (degrees) replaces the five lights by suns at these heights, from the side; `every` n-th light only.
+    `elevations` (degrees) replaces the five lights by suns at these heights, from the side, `lamps` by spots and point lights; `every` n-th
+    light only.
     """
     for name in names:
         scene = models.load(name)
         tracer = TruthTracer(scene, "embree")
         for view in views.views(name, scene)[: 1 if only_first_view else None]:
             suns = views.elevated(view.camera, elevations) if elevations else views.lights(view.camera)
-            for light_name, light in list(suns.items())[::every]:
+            for light_name, light in list((views.lamps(view.camera, scene) if lamps else suns).items())[::every]:
                 wanted = {method: s for method, s in methods.items() if (name, view.name, light.name, method) not in known}
+                if light.kind == "point":  # six maps, not parted
+                    wanted = {method: s for method, s in wanted.items() if s.partition.z_count == 1}
                 if not wanted:
                     continue
                 begin = perf_counter()

@@ -12,7 +12,14 @@ ELEVATIONS = tuple(2.0 + 88.0 * i / 19.0 for i in range(20))
 
 
 def settings(
-    warp: str, partition: str = "none", count: int = 1, fit: str = "samples", texels: int = TEXELS, cut: str = "halves", **test: object
+    warp: str,
+    partition: str = "none",
+    count: int = 1,
+    fit: str = "samples",
+    texels: int = TEXELS,
+    cut: str = "halves",
+    alpha: tuple[float, ...] | None = USUAL_ALPHA,
+    **test: object,
 ) -> Settings:
     """One method at a number of texels in all its maps together. `faces` has up to four maps, `faces-z` four times as many as slices.
 
@@ -21,7 +28,7 @@ def settings(
     maps = {"none": 1, "faces": 4, "faces-z": 4 * count}.get(partition, count)
     return Settings().replaced(
         warp={"kind": warp},
-        partition={"kind": partition, "count": max(count, 1), "cut": cut, "alpha": USUAL_ALPHA},
+        partition={"kind": partition, "count": max(count, 1), "cut": cut, "alpha": alpha},
         fit={"kind": fit, "size": isqrt(texels // maps)},
         test=test,
     )
@@ -74,6 +81,7 @@ BIAS_METHODS = {
     if name == "automatic" or size == COMPARED_SIZE
 }
 
+TESTS = (("depth", {"kind": "depth"}), ("exact", {"kind": "triangle"}))
 EXACT_METHODS = {
     f"{name}, {size}²": settings("lispsm-general", texels=size * size, **test)
     for size, tests in ((1024, ("depth", "exact", "outlines", "pcf")), (2048, ("depth", "exact", "outlines", "pcf")), (8192, ("depth",)))
@@ -84,4 +92,9 @@ EXACT_METHODS = {
         ("pcf", {"pcf": 9}),
     )
     if name in tests
+}
+
+LAMP_METHODS = {
+    **{f"{warp}, {name}": settings(warp, texels=1024**2, **test) for warp in ("uniform", "lispsm-general", "psm") for name, test in TESTS},
+    **{f"four maps, {name}": settings("lispsm-general", "z-adaptive", 4, texels=1024**2, alpha=None, **test) for name, test in TESTS},
 }

@@ -5,6 +5,7 @@
     python -m benchmarks.quality texels           the size of their texels in the picture, without truth (minutes)
     python -m benchmarks.quality bias             bias strategies over 20 light elevations
     python -m benchmarks.quality exact            triangle-exact test against the depth test
+    python -m benchmarks.quality lamps            spots and point lights: uniform, warped, four maps at equal texels (minutes)
     python -m benchmarks.quality write            docs/quality.md anew from what was measured
 
 Needs bpy and embreex. Rows go to benchmarks/results/*.jsonl as they come; `write` is run at the end of each. With `--resume` what is
@@ -29,7 +30,7 @@ import numpy as np
 from addon.settings.groups import Settings
 from benchmarks import tables, texels
 from benchmarks.measure import Row, kept, measure, read
-from benchmarks.methods import BIAS_METHODS, ELEVATIONS, EXACT_METHODS, FIRST_LIGHT_FIT, FIRST_LIGHT_WARP, METHODS
+from benchmarks.methods import BIAS_METHODS, ELEVATIONS, EXACT_METHODS, FIRST_LIGHT_FIT, FIRST_LIGHT_WARP, LAMP_METHODS, METHODS
 from benchmarks.models import available
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -105,12 +106,18 @@ def run_exact(choice: Choice) -> None:
     run(choice, "exact", available(), EXACT_METHODS, only_first_view=True)
 
 
+def run_lamps(choice: Choice) -> None:
+    """Issue "The last artefacts", lamps: one view per model, six lamps."""
+    run(choice, "lamps", available(), LAMP_METHODS, only_first_view=True, lamps=True)
+
+
 RUNS: dict[str, Callable[[Choice], None]] = {
     "first-light": run_first_light,
     "methods": run_methods,
     "texels": run_texels,
     "bias": run_bias,
     "exact": run_exact,
+    "lamps": run_lamps,
 }
 
 

@@ -301,6 +301,28 @@ def exact(rows: list[Row]) -> str:
     )
 
 
+def lamps(rows: list[Row]) -> str:
+    """Spots and point lights, by where they stand: uniform, warped and parted at equal texels a light's side."""
+    methods = list(dict.fromkeys(row.method for row in rows))
+    lights = list(dict.fromkeys(row.light for row in rows))
+    shown = {(light, m): where(rows, light=light, method=m) for light in lights for m in methods}
+    lines = [(light, *(mean(shown[light, m], "misclassified_pct") if shown[light, m] else None for m in methods)) for light in lights]
+    total = [mean(where(rows, method=m), "misclassified_pct") for m in methods]
+    flaws = [(m, *(f"{x:.4f}" for key in ("acne_pct", "leak_pct") for x in spread(where(rows, method=m), key))) for m in methods]
+    return (
+        "## Lamps\n\nOne view per model (640×360), spots and point lights at the camera, above the model and beyond it, `samples` fit; "
+        "1024² texels a spot or a side of a point light's cube, *four maps*: a spot's parted into 4 × 512²; wrong %.\n\n"
+        + table(("light", *methods), [*lines, ("**mean**", *total)])
+        + "\n\n"
+        + table(("method", "acne %", "worst", "leak %", "worst"), flaws)
+    )
+
+
+def spread(rows: list[Row], key: str) -> tuple[float, float]:
+    """Mean and largest of a column."""
+    return mean(rows, key), max(getattr(row, key) for row in rows if getattr(row, key) is not None)
+
+
 SECTIONS = {
     "first-light-warp": first_light_warp,
     "first-light-fit": first_light_fit,
@@ -308,6 +330,7 @@ SECTIONS = {
     "texels": texels,
     "bias": bias,
     "exact": exact,
+    "lamps": lamps,
 }
 READERS = {"texels": read_texels}
 

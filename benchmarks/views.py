@@ -52,6 +52,24 @@ def elevated(camera: Camera, elevations_deg: tuple[float, ...], azimuth_deg: flo
     return {f"{e:.1f}°": _sun(camera, e, azimuth_deg, f"{e:.1f}°") for e in elevations_deg}
 
 
+def lamps(camera: Camera, scene: Scene) -> dict[str, Light]:
+    """Spots and point lights of one view: beside the camera, over the middle of the model, and before its far side."""
+    low, high = scene.bounds_ws()
+    middle, size = 0.5 * (low + high), float(np.linalg.norm(high - low))
+    right, up, forward = camera.view_from_world[0, :3], camera.view_from_world[1, :3], camera.direction_ws
+    places = {
+        "at the camera": camera.eye_ws + 0.02 * size * (right + up),
+        "above": np.array([*middle[:2], high[2] + 0.3 * size]) - 0.1 * size * forward,
+        "beyond": middle + 0.6 * size * forward + 0.3 * size * (np.array([0.0, 0.0, 1.0]) + right),
+    }
+    out = {}
+    for name, place in places.items():
+        towards = (place - middle) / np.linalg.norm(place - middle)
+        out[f"spot {name}"] = Light("spot", towards, place, cone_rad=radians(35.0), name=f"spot {name}")
+        out[f"point {name}"] = Light("point", position_ws=place, name=f"point {name}")
+    return out
+
+
 def _camera(eye: np.ndarray, target: np.ndarray, near: float, far: float, name: str) -> Camera:
     clip = spaces.perspective(radians(FOV_Y_DEG) / 2.0, SIZE[0] / SIZE[1], near, far)
     return Camera(spaces.look_at(eye, target), clip, near, far, name)

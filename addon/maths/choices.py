@@ -54,7 +54,7 @@ class PartitionChoice:
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
     `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the
     maps do not overlap as the light sees them (`shadow/slices.py`); 'halves' the same with half as many slices, each in two halves side by
-    side.
+    side. A spot's maps part its picture instead with 'z-adaptive' and either of these (`shadow/lamps.py`).
     """
 
     kind: str = one_of("z-adaptive", "Partition", PARTITIONS)

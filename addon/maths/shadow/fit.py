@@ -117,6 +117,8 @@ def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: Partiti
         reason = unsuited(name, choice.kind, light.kind, camera.is_orthographic)
         if reason is not None and choice.kind != type(choice)().kind:
             out.append(f"The {name} '{choice.kind}' means nothing here. {reason}.")
+    if light.kind == "point" and partition.z_count > 1 and partition.count != PartitionChoice().count:
+        out.append(f"{partition.count} partitions mean nothing here. {unsuited('partition', partition.kind, light.kind)}.")
     return tuple(out)
 
 
