@@ -17,6 +17,10 @@ class CadFileError(UserError):
     """A file that is missing, unreadable, of another type than its name says, or empty."""
 
 
+class CadMemoryError(CadFileError):
+    """A file that needs more memory than there is."""
+
+
 class GpuError(UserError):
     """No OpenGL context, or a request beyond its limits."""
 

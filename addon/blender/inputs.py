@@ -7,10 +7,11 @@ from pathlib import Path
 import bpy
 
 from ..errors import CadFileError
-from ..scene import cad
 from ..scene.cad_model import CadModel
 from ..scene.plain_text import shown_name
+from ..scene.reading import apart as reading
 from ..scene.user_files import note, opened
+from ..studies import stopping
 from .cad_import import to_blender
 
 BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
@@ -26,7 +27,7 @@ def open_input(source: str, units: str | None = None, up: str | None = None) -> 
     path = Path(source)
     if path.suffix.lower() == ".blend":
         return open_blend(path), ()
-    return open_model(cad.read(path, units, up))
+    return open_model(reading.read(path, units, up, stopping.check))
 
 
 def open_blend(path: Path) -> bpy.types.Scene:

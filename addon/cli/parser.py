@@ -13,6 +13,7 @@ from math import radians
 from ..pipeline.render_passes import PASSES, USUAL_PASSES
 from ..scene.cad.units import metres_per_unit, z_up_from
 from ..scene.platform_deck.layout import FEWEST, MOST
+from ..scene.reading.limits import Limits
 from ..settings.impostor_options import IMPOSTOR_OPTIONS
 from ..settings.option import Option
 from ..settings.options import OPTIONS
@@ -149,6 +150,18 @@ def add_inputs(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--up-axis", type=checked_by(z_up_from, "axis"), metavar="AXIS", help="axis that points up in CAD files: X, Y, Z, -X, -Y, -Z"
+    )
+    group.add_argument(
+        "--limit-seconds",
+        type=between(0, 10**6, is_whole=True),
+        metavar="S",
+        help=f"time that reading one CAD file may take (default {Limits().seconds}; 0: as long as it takes)",
+    )
+    group.add_argument(
+        "--limit-memory",
+        type=between(0, 10**8, is_whole=True),
+        metavar="MIB",
+        help="memory that reading one CAD file may take (default: three quarters of what there is)",
     )
     group.add_argument(
         "--crease-angle", type=degrees_between(-1e-9, 180.0), metavar="DEG", help="edges sharper than this look sharp (default 30)"

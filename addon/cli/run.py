@@ -13,6 +13,7 @@ from ..blender.properties import settings_from
 from ..blender.render_wish import RenderWish
 from ..errors import UserError
 from ..scene.asked_view import Lens, camera_maker, light_maker
+from ..scene.reading import limits
 from ..scene.user_files import Key, Noted, run_of_inputs
 from ..settings.groups import Settings
 from ..studies import stopping
@@ -60,6 +61,7 @@ def one(item: Item, args: argparse.Namespace) -> Answer:
 def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted: dict[Key, Noted], files: list[Path]) -> Answer:
     """Open, render, write, report; `settings` gets those that are used as soon as they are known."""
     stamp = _stamp(item, args)
+    limits.choose(_limits(args))
     scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
     stopping.check()
     if args.preset is not None:
@@ -71,6 +73,12 @@ def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted:
     if stamp is None:
         return report, line
     return _stamped(report, {**stamp, "companions": companions_of(item, noted)}, files, item, args), line
+
+
+def _limits(args: argparse.Namespace) -> limits.Limits:
+    """What reading a CAD file may cost, as the options say."""
+    asked = {"seconds": args.limit_seconds, "memory_mib": args.limit_memory}
+    return limits.Limits(**{name: value for name, value in asked.items() if value is not None})
 
 
 def _stamp(item: Item, args: argparse.Namespace) -> dict[str, object] | None:

@@ -6,29 +6,22 @@ A scene is sent once, and of its meshes only those that the other process does n
 from __future__ import annotations
 
 import itertools
-import os
 import subprocess
-import sys
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock, Thread
 
-import moderngl
-import numpy as np
-
 from ...errors import Cancelled, GpuError
+from ...scene.child_python import PEER, started
 from ...scene.records import Scene
 from ..gl.machine import Machine, chosen
 from ..job import Job
 from ..renderer import Task, Ticket, render_frame
 from .words import PACKAGE, receive, send
 
-PEER = "addon"  # the package's name in the other process
-EXTENSION = Path(__file__).resolve().parents[3]
 CLOSE_S = 3.0  # the process may be killed: what it holds is its own
 
 
@@ -55,11 +48,8 @@ class _Child:
     """One process, with a thread that writes to it and one that reads from it. Ends when `close`d, or by itself."""
 
     def __init__(self, machine: Machine) -> None:
-        libraries = [str(Path(module.__file__).parents[1]) for module in (moderngl, np)]  # Blender keeps the wheels where only it looks
-        paths = [str(EXTENSION), *dict.fromkeys(libraries), os.environ.get("PYTHONPATH", "")]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        command = [sys.executable, "-P", "-m", f"{PEER}.pipeline.remote.child", PACKAGE]  # -P: no code from the current folder
-        self.process = subprocess.Popen(command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        self.process = started("pipeline.remote.child", [PACKAGE], ("moderngl", "glcontext", "numpy"), **streams)
         self.waiting: dict[int, tuple[Future, Ticket]] = {}
         self.is_over = False
         self._is_closing = False

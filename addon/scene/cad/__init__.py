@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable
 from pathlib import Path
 
-from ...errors import CadFileError
+from ...errors import CadFileError, CadMemoryError
 from ..cad_model import CadModel
 from ..plain_text import shown
 from .assemble import assemble
@@ -53,7 +53,7 @@ def read(path: str | Path, units: str | None = None, up: str | None = None) -> C
         return assemble(_raw(file), file, units, up)
     except MemoryError:
         pass  # what was held is free again before anything is said
-    raise CadFileError(f"{shown(file.name)} needs more memory than there is: split it, or close other programs.")
+    raise CadMemoryError(f"{shown(file.name)} needs more memory than there is: split it, or close other programs.")
 
 
 def _raw(file: Path) -> RawFile:
