@@ -7,6 +7,8 @@ import sys
 import bpy
 
 from ..pipeline.gl.machine import BACKENDS, Machine, backends_on, choose
+from ..scene.reading import limits
+from ..scene.reading.limits import Limits
 from ..studies.run import stop_worker
 
 EXTENSION = __package__.removesuffix(".blender").rpartition(".")[0]  # what Blender enables; empty where nothing was enabled
@@ -60,16 +62,35 @@ class CAD_SHADOW_preferences(bpy.types.AddonPreferences):
         update=_changed,
     )
 
+    import_seconds: bpy.props.IntProperty(
+        name="Import: Time Limit (s)",
+        description="Seconds that reading one CAD file may take (0: no limit). Files are read in a process of their own: one that "
+        "hangs or crashes it costs that file, not Blender",
+        default=Limits().seconds,
+        min=0,
+        soft_max=3600,
+        update=_changed,
+    )
+    import_memory_mib: bpy.props.IntProperty(
+        name="Import: Memory Limit (MiB)",
+        description="MiB of memory that reading one CAD file may take (0: three quarters of what the computer has)",
+        min=0,
+        soft_max=65536,
+        step=256,
+        update=_changed,
+    )
+
     def draw(self, _context: bpy.types.Context) -> None:
         """One column; a word on what is in use."""
         layout = self.layout
         layout.use_property_split = True
-        for name in ("backend", "is_separate", "threads", "memory_mib"):
+        for name in ("backend", "is_separate", "threads", "memory_mib", "import_seconds", "import_memory_mib"):
             layout.prop(self, name)
 
 
 def apply(preferences: CAD_SHADOW_preferences) -> None:
     """Use the computer so from the next picture on."""
+    limits.choose(Limits(preferences.import_seconds, preferences.import_memory_mib))
     backend = preferences.backend or "auto"  # empty: what another machine's preferences hold is not offered here
     if choose(Machine(backend, preferences.threads, preferences.memory_mib, preferences.is_separate)):
         stop_worker()
@@ -87,3 +108,4 @@ def unregister() -> None:
     """Take them back; Blender keeps the values."""
     bpy.utils.unregister_class(CAD_SHADOW_preferences)
     choose(Machine())
+    limits.choose(Limits())

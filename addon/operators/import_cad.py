@@ -12,11 +12,14 @@ from mathutils import Matrix
 from ..blender import clip_range
 from ..blender.cad_import import to_blender
 from ..errors import UserError
-from ..scene import cad
 from ..scene.cad.sniff import SUFFIXES
 from ..scene.cad.units import METRES_PER_UNIT, UPS
 from ..scene.cad_model import CadModel
+from ..scene.reading.apart import Reading
+from ..scene.reading.process import shutdown
+from .ticking import Ticking, takes_operators
 
+POLL_S = 0.1
 UNIT_TITLES = {
     "m": "Metres",
     "cm": "Centimetres",
@@ -34,7 +37,7 @@ UNITS = [
 ]
 
 
-class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
+class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
     """Import CAD files (STEP, glTF, STL, OBJ, PLY, OFF, 3MF) with part names, colours and shared meshes"""
 
     bl_idname = "cad_shadow.import_cad"
@@ -69,50 +72,67 @@ class CAD_SHADOW_OT_import_cad(ImportHelper, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """The file browser; for dropped files only the options. Offers to remove the start-up cube where there is one."""
         self.replaces_cube = startup_cube(context.scene) is not None
+        self._is_asked_in_a_window = True
         return self.invoke_popup(context) if self.directory and self.files else ImportHelper.invoke(self, context, event)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        """Read every file, then make the objects of those that could be read; nothing is made of the others."""
-        paths = self._paths()
-        if all(path.is_dir() for path in paths):
+        """Read every file, then make the objects of those that could be read; nothing is made of the others.
+
+        Chosen in a window, the files are read while Blender goes on; a script waits.
+        """
+        self._todo, self._models, self._reading = self._paths(), [], None
+        if all(path.is_dir() for path in self._todo):
             self.report({"ERROR"}, "No file is chosen: click on one or more CAD files first.")
             return {"CANCELLED"}
-        progress = context.window_manager
-        progress.progress_begin(0, 2 * len(paths))
+        if getattr(self, "_is_asked_in_a_window", False) and takes_operators(context.window):
+            return self.begin(context)
+        while (result := self.tick(context, POLL_S)) is None:
+            pass
+        return result
+
+    def tick(self, context: bpy.types.Context, wait_s: float = 0.0) -> set[str] | None:
+        """Look after the file that is being read, begin the next one, or make the objects."""
+        if self._reading is None and not self._todo:
+            return self._made(context)
         try:
-            models = []
-            for i, path in enumerate(paths):
-                progress.progress_update(i)
-                models += self._read(path)
-            made = []
-            for i, model in enumerate(models):
-                progress.progress_update(len(paths) + i)
-                made.append(to_blender(model, context.collection))
-        finally:
-            progress.progress_end()
-        if not made:
+            if self._reading is None:
+                self._reading = Reading(self._todo.pop(0), *(None if one == "AUTO" else one for one in (self.units, self.up)))
+            _say(context, f"{self._reading.progress[1]} · Esc stops")
+            self._models.append(self._reading.result(wait_s))
+        except TimeoutError:
+            return None
+        except UserError as error:
+            self.report({"ERROR"}, str(error))
+        self._reading = None
+        return None
+
+    def give_up(self, context: bpy.types.Context) -> None:
+        """Nothing is made of what was read."""
+        if self._reading is not None:
+            self._reading.cancel()
+        _say(context, None)
+        self.report({"INFO"}, "The import was stopped: nothing was imported.")
+
+    def _made(self, context: bpy.types.Context) -> set[str]:
+        """The objects of all that was read."""
+        _say(context, None)
+        shutdown()
+        for warning in (warning for model in self._models for warning in model.warnings):
+            self.report({"WARNING"}, warning)
+        if not self._models:
             return {"CANCELLED"}
+        made = [to_blender(model, context.collection) for model in self._models]
         cube = startup_cube(context.scene) if self.replaces_cube else None
         if cube is not None:
             bpy.data.objects.remove(cube)
         _select(context, made)
-        _show(context, [model.bounds() for model in models])
-        self.report({"INFO"}, "Imported " + "; ".join(_summary(m) for m in models))
+        _show(context, [model.bounds() for model in self._models])
+        self.report({"INFO"}, "Imported " + "; ".join(_summary(m) for m in self._models))
         return {"FINISHED"}
 
     def _paths(self) -> list[Path]:
         chosen = [Path(self.directory) / f.name for f in self.files if f.name]
         return chosen or [Path(self.filepath)]
-
-    def _read(self, path: Path) -> list[CadModel]:
-        try:
-            model = cad.read(path, None if self.units == "AUTO" else self.units, None if self.up == "AUTO" else self.up)
-        except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return []
-        for warning in model.warnings:
-            self.report({"WARNING"}, warning)
-        return [model]
 
 
 def startup_cube(scene: bpy.types.Scene) -> bpy.types.Object | None:
@@ -125,6 +145,12 @@ def startup_cube(scene: bpy.types.Scene) -> bpy.types.Object | None:
     is_bare = cube.parent is None and not cube.modifiers and not cube.constraints and cube.animation_data is None
     is_there = is_bare and cube.matrix_basis == Matrix.Identity(4) and len(np.unique(corners.reshape(8, 3), axis=0)) == 8
     return cube if is_there and (np.abs(corners) == 1.0).all() else None
+
+
+def _say(context: bpy.types.Context, line: str | None) -> None:
+    """A line in the status bar; None gives it back to Blender."""
+    if context.workspace is not None:
+        context.workspace.status_text_set(line)
 
 
 def _select(context: bpy.types.Context, collections: list[bpy.types.Collection]) -> None:
@@ -188,7 +214,8 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Remove them."""
+    """Remove them, and end the process that reads."""
+    shutdown()
     bpy.types.TOPBAR_MT_file_import.remove(draw_menu)
     for cls in reversed(_classes):
         bpy.utils.unregister_class(cls)

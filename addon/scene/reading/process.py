@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import subprocess
@@ -72,6 +73,16 @@ _kept: list[ReaderProcess] = []
 _lock = Lock()
 
 
+@atexit.register
+def shutdown() -> None:
+    """End the process that is kept."""
+    with _lock:
+        kept = list(_kept)
+        _kept.clear()
+    for process in kept:
+        process.end()
+
+
 def taken(limits: Limits) -> ReaderProcess:
     """The process that was kept, if its limits are these, else a new one."""
     with _lock:
@@ -90,15 +101,6 @@ def given_back(process: ReaderProcess, sent_bytes: int) -> None:
         if is_kept:
             _kept.append(process)
     if not is_kept:
-        process.end()
-
-
-def shutdown() -> None:
-    """End the process that is kept."""
-    with _lock:
-        kept = list(_kept)
-        _kept.clear()
-    for process in kept:
         process.end()
 
 
