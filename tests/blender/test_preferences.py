@@ -70,7 +70,7 @@ def test_only_ways_to_opengl_that_there_are_can_be_chosen_and_another_machines_c
     assert tuple(offered) == machine.backends_on(sys.platform)
     numbers = {platform: {item[0]: item[4] for item in module.backend_items(platform)} for platform in ("linux", "win32", "darwin")}
     assert numbers["win32"] == numbers["darwin"] == {"auto": 0, "native": 2} and numbers["linux"] == {"auto": 0, "egl": 1, "native": 2}
-    module.apply(SimpleNamespace(backend="", threads=0, memory_mib=0, is_separate=False))
+    module.apply(SimpleNamespace(backend="", threads=0, memory_mib=0, is_separate=False, import_seconds=0, import_memory_mib=0))
     assert machine.chosen().backend == "auto"
 
 

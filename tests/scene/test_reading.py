@@ -167,7 +167,7 @@ def test_who_waits_may_stop(body):
     first._process._process.send_signal(signal.SIGSTOP)
     with pytest.raises(KeyboardInterrupt):
         read(body, check=check)
-    assert not first._process.is_alive
+    assert first._process._process.wait(10.0) == -signal.SIGKILL
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the limit is the kernel's")
