@@ -2,6 +2,7 @@
 
 import errno
 import io
+import signal
 import subprocess
 import time
 from dataclasses import replace
@@ -106,11 +107,24 @@ def test_a_frame_under_way_can_be_given_up(remote):
 def test_a_process_that_dies_costs_its_frame_and_is_replaced(remote):
     remote.submit(asked(scenes.railing()))[0].result(WAIT_S)
     child = remote._child
-    future, _ = remote.submit(asked(scenes.railing(), (1600, 1200), SMALL.replaced(shading={"samples": 16})))
+    future, ticket = remote.submit(asked(scenes.railing(), (1600, 1200), SMALL.replaced(shading={"samples": 16})))
+    while ticket.stage == "waiting":
+        time.sleep(0.005)
     child.process.kill()
     with pytest.raises(GpuError, match="ended unexpectedly"):
         future.result(WAIT_S)
     assert remote.submit(asked(scenes.railing()))[0].result(WAIT_S).passes["combined"].shape == (32, 48, 4)
+    assert remote._child is not child
+
+
+def test_a_frame_asked_of_a_process_that_is_dead_already_is_made_by_the_next(remote):
+    remote.submit(asked(scenes.railing()))[0].result(WAIT_S)
+    child = remote._child
+    child.process.send_signal(signal.SIGSTOP)  # what is asked for now is not begun
+    futures = [remote.submit(asked(scene))[0] for scene in (scenes.railing(), scenes.chair())]
+    child.process.kill()
+    for future in futures:
+        assert future.result(WAIT_S).passes["combined"].shape == (32, 48, 4)
     assert remote._child is not child
 
 

@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 from queue import SimpleQueue
 from threading import Lock, Thread
+from typing import NamedTuple
 
 from ...errors import Cancelled, GpuError
 from ...scene.child_python import PEER, started
@@ -44,13 +45,21 @@ class RemoteTicket(Ticket):
         self._is_cancelled = value
 
 
+class _Asked(NamedTuple):
+    """What the process is asked for; `again` asks another process for it."""
+
+    future: Future
+    ticket: Ticket
+    again: Callable[[], None] | None
+
+
 class _Child:
     """One process, with a thread that writes to it and one that reads from it. Ends when `close`d, or by itself."""
 
     def __init__(self, machine: Machine) -> None:
         streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         self.process = started("pipeline.remote.child", [PACKAGE], ("moderngl", "glcontext", "numpy"), **streams)
-        self.waiting: dict[int, tuple[Future, Ticket]] = {}
+        self.waiting: dict[int, _Asked] = {}
         self.is_over = False
         self._is_closing = False
         self._outbox: SimpleQueue[tuple | None] = SimpleQueue()
@@ -66,14 +75,21 @@ class _Child:
         """Leave a message to be written; None closes."""
         self._outbox.put(message)
 
-    def ask(self, number: int, job: Job, future: Future, ticket: Ticket, task: Task, arguments: tuple) -> None:
-        """Ask for a frame, or another task; the future gets its result, or the process's end as an error."""
+    def ask(self, number: int, asked: _Asked, job: Job, task: Task, arguments: tuple) -> None:
+        """Ask for a frame, or another task; the future gets its result, or the process's end as an error.
+
+        What the process had not begun when it ended is no cause of that: `asked.again` is called.
+        """
         with self._lock:
-            if self.is_over:
-                future.set_exception(GpuError("The rendering process has ended: try again."))
-                return
-            self.waiting[number] = future, ticket
-        self.post(("render", number, job, task, arguments))
+            is_over = self.is_over
+            if not is_over:
+                self.waiting[number] = asked
+        if not is_over:
+            self.post(("render", number, job, task, arguments))
+        elif asked.again is not None:
+            asked.again()
+        else:
+            asked.future.set_exception(GpuError("The rendering process has ended: try again."))
 
     def close(self, timeout_s: float = CLOSE_S) -> None:
         """End the process, which gives up what it is at, and the threads with it. One that does not end in time is killed."""
@@ -115,12 +131,15 @@ class _Child:
             self.is_over = True
             lost, self.waiting = self.waiting, {}
         error = GpuError(f"The rendering process ended unexpectedly (exit code {code}): update the graphics driver.")
-        for future, _ in lost.values():
-            _settle(future, Cancelled("Cancelled.") if self._is_closing else error)
+        for asked in lost.values():
+            if asked.again is not None and asked.ticket.stage == Ticket.stage and not self._is_closing:
+                asked.again()
+            else:
+                _settle(asked.future, Cancelled("Cancelled.") if self._is_closing else error)
         self.post(None)
 
     def _take(self, number: int, kind: str, content: object) -> None:
-        future, ticket = self.waiting[number]
+        future, ticket, _ = self.waiting[number]
         if kind == "progress":
             ticket.fraction, ticket.stage = content
             return
@@ -142,16 +161,30 @@ class RemoteRenderer:
 
     def __init__(self) -> None:
         self._child: _Child | None = None
-        self._numbers = itertools.count()
+        self._numbers, self._lock = itertools.count(), Lock()
 
     def submit(self, job: Job, task: Task | None = None, *arguments: object) -> tuple[Future, Ticket]:
         """Queue a frame, or another task; as `Renderer.submit`."""
-        if self._child is None or self._child.is_over:
-            self._child = _Child(chosen())
-        child, number, future = self._child, next(self._numbers), Future()
-        ticket = RemoteTicket(lambda: child.post(("cancel", number)))
-        child.ask(number, job, future, ticket, task or render_frame, arguments)
+        child, number, future = self._living(), next(self._numbers), Future()
+        ticket = RemoteTicket(lambda: self._cancel(number))
+
+        def again() -> None:
+            self._living().ask(number, _Asked(future, ticket, None), job, task or render_frame, arguments)
+
+        child.ask(number, _Asked(future, ticket, again), job, task or render_frame, arguments)
         return future, ticket
+
+    def _living(self) -> _Child:
+        with self._lock:
+            if self._child is None or self._child.is_over:
+                self._child = _Child(chosen())
+            return self._child
+
+    def _cancel(self, number: int) -> None:
+        """Whichever process is at it."""
+        child = self._child
+        if child is not None:
+            child.post(("cancel", number))
 
     def close(self) -> None:
         """End the process; a later frame starts another."""
