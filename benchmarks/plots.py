@@ -29,7 +29,7 @@ from addon.maths.error.aliasing import (
 )
 from addon.maths.error.warped_map import WarpedMap, partition_maps
 from addon.maths.shadow.partitions import split_distances
-from addon.maths.shadow.warps import gamma_lim_rad, lispsm_general_parameter, lispsm_parameter, parameter_from_eta
+from addon.maths.warping.formulas import gamma_lim_rad, lispsm_general_parameter, lispsm_parameter, parameter_from_eta
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "img"
 NEAR, FAR = 1.0, 100.0

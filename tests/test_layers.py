@@ -33,12 +33,14 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < __init__",
     "addon/images": "exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
-    "addon/maths": "domains tables < choices < spaces sun < view < frusta nearest relief < depth_projection shadow < anchored_camera"
-    " error < __init__",
+    "addon/maths": "domains tables < spaces partitioning < warping < choices < sun < view < frusta nearest relief"
+    " < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space partitions projection sight spacing warps < crop cut faces lookup slices strength < lamps < fit"
     " < __init__",
+    "addon/maths/partitioning": "row splits < * < __init__",
+    "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
     " < bake bare_passes remote < __init__",

@@ -5,14 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .domains import one_of, require, require_fields, same_as, within
+from .partitioning import PARTITION_SCHEMES
+from .partitioning.row import PartitionScheme
+from .warping import WARP_METHODS
+from .warping.row import WarpMethod
 
-WARPS = ("uniform", "psm", "lispsm", "lispsm-general", "lloyd", "tsm", "log", "logpsm")
-PARTITIONS = ("none", "z-log", "z-linear", "z-pssm", "z-pseudo-near", "z-adaptive", "faces", "faces-z")
+WARPS = tuple(WARP_METHODS)
+PARTITIONS = tuple(PARTITION_SCHEMES)
 USUAL_ALPHA = (3.0,)
 CUTS = ("halves", "light", "view")
 FITS = ("frustum", "scene", "samples")
 CONVERGENCES = ("quadratic", "sine")
-LOG_WARPS = ("log", "logpsm")
 SHORTEST_M = 1e-6
 
 
@@ -39,9 +42,9 @@ class WarpChoice:
         require(self.eta is None or self.parameter is None, "Give η or the warp parameter n', not both.")
 
     @property
-    def is_logarithmic(self) -> bool:
-        """True for the warps whose t axis is logarithmic (LogPSM §5.1.3, §5.1.4)."""
-        return self.kind in LOG_WARPS
+    def method(self) -> WarpMethod:
+        """The row of its kind."""
+        return WARP_METHODS[self.kind]
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +72,14 @@ class PartitionChoice:
         require(self.alpha is None or len(self.alpha) > 0, "Give at least one seam control α, or leave it out.")
 
     @property
+    def scheme(self) -> PartitionScheme:
+        """The row of its kind."""
+        return PARTITION_SCHEMES[self.kind]
+
+    @property
     def z_count(self) -> int:
-        """Number of z partitions this choice asks for (1 for 'none' and 'faces')."""
-        return 1 if self.kind in ("none", "faces") else self.count
+        """Number of z partitions this choice asks for (1 for schemes that do not divide the depth)."""
+        return self.count if self.scheme.divides_depth else 1
 
     @property
     def seam_alphas(self) -> tuple[float, ...] | None:
@@ -82,7 +90,7 @@ class PartitionChoice:
     @property
     def uses_faces(self) -> bool:
         """True when the side faces of the view frustum get maps of their own (T4 §4.3.1)."""
-        return self.kind in ("faces", "faces-z")
+        return self.scheme.has_faces
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,14 +116,15 @@ def unsuited(name: str, identifier: str, light_kind: str, is_orthographic: bool 
     None where it does mean something, and for every other option.
     """
     kind = light_kind.capitalize()
-    if light_kind != "sun" and name == "warp" and identifier in LOG_WARPS:
+    warp, scheme = WARP_METHODS.get(identifier if name == "warp" else ""), PARTITION_SCHEMES.get(identifier if name == "partition" else "")
+    if light_kind != "sun" and warp and warp.log is not None:
         return f"{kind} light: drawn as a perspective warp, a logarithm needs a sun"
-    if light_kind == "point" and name == "partition" and identifier != "none":
+    if light_kind == "point" and scheme and scheme.is_divided:
         return "Point light: six maps, one for each side of a cube, not divided further"
-    if light_kind != "sun" and name == "partition" and identifier.startswith("faces"):
+    if light_kind != "sun" and scheme and scheme.has_faces:
         return f"{kind} light: divided in depth only, faces need a sun"
-    if is_orthographic and name == "warp" and identifier != "uniform":
+    if is_orthographic and warp and warp.is_warped:
         return "Orthographic camera: sees every depth alike, there is nothing to warp"
-    if is_orthographic and name == "partition" and identifier.startswith("faces"):
+    if is_orthographic and scheme and scheme.has_faces:
         return "Orthographic camera: divided in depth only, faces fan out from an eye"
     return None

@@ -10,7 +10,7 @@ from math import tan
 
 import numpy as np
 
-from .choices import require
+from .domains import require
 
 
 def transform(target_from_source: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -7,6 +7,8 @@ from functools import partial
 from typing import Any
 
 from ..maths import choices
+from ..maths.partitioning import PARTITION_SCHEMES
+from ..maths.warping import WARP_METHODS
 from .groups import Settings
 from .impostor_options import IMPOSTOR_APPLIES
 from .options import BY_NAME, OPTIONS, values_of
@@ -79,17 +81,27 @@ def _is_of_test(name: str, values: Any) -> bool:
     return name in SHADOW_TESTS[values.test].options
 
 
-_FADING = ("lispsm-general", "log", "logpsm")
+def _is_of_scheme(name: str, values: Any) -> bool:
+    """Whether the partition scheme chosen has that option."""
+    return name in PARTITION_SCHEMES[values.partition].options
+
+
+def _is_sliced(values: Any) -> bool:
+    """Whether the view is divided in depth alone."""
+    scheme = PARTITION_SCHEMES[values.partition]
+    return scheme.divides_depth and not scheme.has_faces
+
+
 _APPLIES = {
-    "eta": lambda v: v.warp != "uniform",
-    "warp_parameter": lambda v: v.warp != "uniform",
-    "pseudo_near": lambda v: v.warp != "uniform" or v.partition == "z-pseudo-near",
-    "log_bend": lambda v: v.warp == "logpsm",
-    "convergence": lambda v: v.warp in _FADING,
-    "partitions": lambda v: v.partition not in ("none", "faces"),
-    "cut": lambda v: v.partition not in ("none", "faces", "faces-z") and v.partitions > 1,
-    "split_weight": lambda v: v.partition == "z-pssm",
-    "alpha": lambda v: v.partition == "z-adaptive" and v.partitions > 1,
+    "eta": lambda v: WARP_METHODS[v.warp].is_warped,
+    "warp_parameter": lambda v: WARP_METHODS[v.warp].is_warped,
+    "pseudo_near": lambda v: WARP_METHODS[v.warp].is_warped or _is_of_scheme("pseudo_near", v),
+    "log_bend": lambda v: WARP_METHODS[v.warp].bends,
+    "convergence": lambda v: WARP_METHODS[v.warp].fades,
+    "partitions": lambda v: PARTITION_SCHEMES[v.partition].divides_depth,
+    "cut": lambda v: _is_sliced(v) and v.partitions > 1,
+    "split_weight": partial(_is_of_scheme, "split_weight"),
+    "alpha": lambda v: _is_of_scheme("alpha", v) and v.partitions > 1,
     **{name: partial(_is_of_test, name) for test in SHADOW_TESTS.values() for name in test.options},
     "bias": lambda v: _is_of_test("bias", v) and v.bias_strategy != "automatic",
     "filter_unit": lambda v: str(v.pcf) != "1",

@@ -7,6 +7,8 @@ Defaults, ranges, choices and checks stay in the frozen dataclasses of `maths.ch
 from __future__ import annotations
 
 from ..errors import SettingsError
+from ..maths.partitioning import PARTITION_SCHEMES
+from ..maths.warping import WARP_METHODS
 from .groups import Settings
 from .impostor_options import IMPOSTOR_OPTIONS
 from .option import Option, choice, words_of
@@ -18,14 +20,12 @@ from .words import (
     DISPLAY_WORDS,
     FILTER_UNIT_WORDS,
     FIT_WORDS,
-    PARTITION_WORDS,
     PCF_WORDS,
     SAMPLE_WORDS,
-    WARP_WORDS,
 )
 
 OPTIONS: tuple[Option, ...] = (
-    choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", WARP_WORDS),
+    choice("warp", "warp", "kind", "Warp", "How texels are spread between near and far", words_of(WARP_METHODS)),
     Option(
         "eta",
         (("warp", "eta"),),
@@ -70,7 +70,7 @@ OPTIONS: tuple[Option, ...] = (
         "0: texels grow evenly along the view; above: more of them near the eye; below: more far away (1/b of LogPSM 5.47)",
         soft=(-0.9, 4.0),
     ),
-    choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", PARTITION_WORDS),
+    choice("partition", "partition", "kind", "Partition", "How the view is divided among shadow maps", words_of(PARTITION_SCHEMES)),
     Option(
         "partitions",
         (("partition", "count"),),

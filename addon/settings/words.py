@@ -1,30 +1,10 @@
-"""The words that explain each choice: (label, what it does to the picture), in the order of the choices. No bpy."""
+"""The words that explain each choice: (label, what it does to the picture), in the order of the choices. No bpy.
+
+Warps, partition schemes and shadow tests bring their own (`maths/warping`, `maths/partitioning`, `shadowing`).
+"""
 
 from .groups import PCF_COUNTS, SAMPLE_COUNTS
 
-WARP_WORDS = (
-    ("Uniform", "Every texel covers the same area seen from the light: sharp far away, coarse near the eye"),
-    ("PSM", "Perspective shadow map, n' = n: the most detail at the eye, the least far away"),
-    ("LiSPSM (original)", "Light-space perspective, n' = (n + √(f n)) / sin γ (T4 (27)): near and far err alike"),
-    (
-        "LiSPSM (generalised)",
-        "Light-space perspective for every angle between light and view, fading to uniform below γ_lim (T4 (39), (42)–(44))",
-    ),
-    ("LiSPSM (Lloyd)", "Light-space perspective with Lloyd's ramp η(γ) (method §3)"),
-    ("TSM", "Trapezoidal: 80 % of the map for the nearer part of the view"),
-    ("Logarithmic", "A logarithm along the view, none across it (LogPSM 5.39)"),
-    ("Log + perspective", "A logarithm along the view and a perspective across it: equal error everywhere along it (LogPSM 5.43)"),
-)
-PARTITION_WORDS = (
-    ("One map", "The whole view in a single shadow map"),
-    ("Logarithmic", "Self-similar slices, each as many times longer as the one before (T4 (50))"),
-    ("Linear", "Slices of equal depth (LogPSM 5.58)"),
-    ("PSSM", "A mean of logarithmic and linear slices (LogPSM 5.60)"),
-    ("Pseudo-near", "A short first slice, logarithmic slices behind it (LogPSM §5.1.8)"),
-    ("Adaptive", "Logarithmic; cut across the view, or with α by hand, geometric when the light runs along the view (T4 (55))"),
-    ("Faces", "One map per side of the view frustum (T4 §4.3.1)"),
-    ("Faces × depth", "One map per side of the view frustum and slice of depth"),
-)
 CUT_WORDS = (
     ("Halves along the light", "Half as many slices, in two halves each, cut along the light's rays: the sharpest. A sun; 4, 6 or 8 maps"),
     ("Along the light", "Slices end along the light's rays, so that no two maps cover the same ground. For a sun"),

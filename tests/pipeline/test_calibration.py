@@ -15,8 +15,9 @@ from addon.maths.error.warped_map import WarpedMap
 from addon.maths.shadow.fit import plan_shadows
 from addon.maths.shadow.light_space import round_core
 from addon.maths.shadow.strength import Range, method_strength, steady_strength
-from addon.maths.shadow.warps import gamma_lim_rad, warp_parameter
+from addon.maths.shadow.warps import warp_parameter
 from addon.maths.view import Light
+from addon.maths.warping.formulas import gamma_lim_rad
 from addon.pipeline.job import Job
 from addon.settings.groups import Settings
 from addon.studies.run import run

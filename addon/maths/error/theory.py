@@ -12,7 +12,7 @@ import numpy as np
 
 from ..choices import WARPS, PartitionChoice, WarpChoice, require
 from ..shadow.partitions import split_distances
-from ..shadow.warps import (
+from ..warping.formulas import (
     eta_from_parameter,
     far_parameter,
     gamma_lim_rad,

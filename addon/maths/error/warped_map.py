@@ -13,7 +13,8 @@ import numpy as np
 
 from ..choices import PartitionChoice, WarpChoice
 from ..shadow.partitions import split_distances
-from ..shadow.warps import faded_bend, warp_depth, warp_parameter
+from ..shadow.warps import warp_parameter
+from ..warping.formulas import faded_bend, warp_depth
 
 Values = float | np.ndarray
 
@@ -61,6 +62,6 @@ def chosen_map(near: float, far: float, half_fov_rad: float, gamma_rad: float, w
     """The map of one choice of warp over view depths [near, far]."""
     parameter = warp_parameter(warp, near, far, half_fov_rad, gamma_rad)
     bend = 0.0
-    if warp.kind == "logpsm" and parameter < inf:
+    if warp.method.bends and parameter < inf:
         bend = faded_bend(warp.log_bend, near, far, log1p(warp_depth(near, far, half_fov_rad, gamma_rad) / parameter))
-    return WarpedMap(near, far, half_fov_rad, gamma_rad, parameter, warp.is_logarithmic, warp.kind != "log", bend)
+    return WarpedMap(near, far, half_fov_rad, gamma_rad, parameter, warp.method.log is not None, warp.method.log is not False, bend)

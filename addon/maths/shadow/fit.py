@@ -18,6 +18,8 @@ from ..choices import FitChoice, PartitionChoice, WarpChoice, unsuited
 from ..frusta import Body, frustum_corners, hexahedron
 from ..spaces import smoothstep, translation
 from ..view import Camera, Light
+from ..warping.formulas import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth
+from ..warping.row import RATE
 from .crop import Casters, Receivers, Warp, casters_in, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
 from .lamps import aimed, border, parts_the_picture, pyramid_corners, sections, share_of
@@ -26,8 +28,8 @@ from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
 from .sight import Sight, sight_of
 from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count
-from .strength import RATE, RATE_SLICED, Range, steady_strength
-from .warps import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth, warp_parameter
+from .strength import Range, steady_strength
+from .warps import warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
 
@@ -298,7 +300,7 @@ def _one_map(
 ) -> dict[str, object]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths (a finite light brings its
     `strength`), crop to the receivers."""
-    near, far = fitted
+    (near, far), method = fitted, sight.warp.method
     hull = _hull(sight, space, near, far, cuts) if receivers is None or space.position is None else np.empty((0, 3))
     lit = receivers if receivers is not None else Receivers(hull.T)
     z = hull[:, 2] if space.position is None else lit.rows[2]
@@ -308,13 +310,13 @@ def _one_map(
     if strength is not None:
         depth_m = warp_depth(near, far, sight.camera.half_fov_rad, space.gamma_rad)
     elif space.rise is None:
-        strength, depth_m = _strength(sight, space, near, far, depth, RATE_SLICED.get(sight.warp.kind, RATE) if len(cuts) else RATE)
+        strength, depth_m = _strength(sight, space, near, far, depth, method.slice_rate if len(cuts) else RATE)
     else:
         least = LEAST_SIZE * float(np.ptp(frustum_corners(sight.camera, near, far), axis=0).max())
         across = warp_parameter(sight.warp, near, far, sight.camera.half_fov_rad, 0.5 * pi)
         strength, depth_m = log1p(depth / face_parameter(across, hull, (near, far), space.rise, least)), depth
-    log = sight.warp.kind == "logpsm" if sight.warp.is_logarithmic and space.position is None else None
-    bend = faded_bend(sight.warp.log_bend, near, far, strength) if log else 0.0
+    log = method.log if space.position is None else None
+    bend = faded_bend(sight.warp.log_bend, near, far, strength) if log and method.bends else 0.0
     warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log, bend)
     cropped = crop(space, warp, lit, casters, sight.fit, round_share, least)
     parameter = depth_m / (warp.kappa * depth) if warp.kappa else inf

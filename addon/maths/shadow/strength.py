@@ -19,11 +19,11 @@ from dataclasses import dataclass
 from math import ceil, cos, degrees, log1p, radians, sin
 
 from ..choices import WarpChoice
-from .warps import warp_depth, warp_parameter
+from ..warping.formulas import warp_depth
+from ..warping.row import RATE
+from .warps import warp_parameter
 
 STRONGEST = 1e4  # largest f'/n': beyond it float32 cannot place a texel
-RATE = 0.16  # per degree of γ
-RATE_SLICED = dict.fromkeys(("psm", "tsm", "logpsm"), 0.09)  # the same for a slice along the light, whose own shape changes with γ too
 STEP = 0.15  # of ln w of the frustum's far corner, per degree of γ
 
 

@@ -1,7 +1,7 @@
-"""The warp parameter n' of every method of the texts: how strongly one shadow map is warped towards the viewer.
+"""The formulas of the warp parameter n': how strongly one shadow map is warped towards the viewer.
 
-What it is: numbers from (near, far, φ, γ). What it is not: the fitted matrices (`fit.py`), the map t(v) itself (`spacing.py`), the errors
-(`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3.
+What it is: numbers from (near, far, φ, γ). What it is not: the methods that choose among them (a module each, beside this one), the map
+t(v) itself (`shadow/spacing.py`), the errors (`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3.
 
 n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view
 frustum V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter
@@ -10,17 +10,11 @@ here is positive or ∞, never NaN, continuous in γ, and ∞ at γ = 0, where t
 
 from __future__ import annotations
 
-from math import atan2, cos, expm1, inf, isnan, log, log1p, pi, radians, sin, sqrt, tan
+from math import atan2, cos, expm1, inf, log, log1p, pi, sin, sqrt, tan
 
-from ..choices import WarpChoice, require
 from ..spaces import smoothstep
 
-EPSILON = 2.0**-52
 LEAST_BEND = 1e-6  # 1/b of a log map: less is none
-"""n' is ∞ when n̄' > 1/ε, where no double tells f' from n', and at least ε (f'−n')."""
-
-DIRECT_FADE_RAD = radians(5.0)
-"""Below this γ even a parameter given by hand fades: z_ls, the warp's direction, turns over as the light passes through the view axis."""
 
 TSM_SHARE = 0.8
 """The 80 % rule: the share of the map that the trapezoid gives to what lies before the focus (method §3: ξ = −0.6)."""
@@ -121,12 +115,6 @@ def convergence(gamma_rad: float, limit_rad: float, kind: str) -> float:
     return sin(x * pi / 2.0) if kind == "sine" else (1.0 - cos(x * pi / 2.0)) ** 2
 
 
-def _faded(parameter: float, depth_at_limit: float, depth: float, r: float) -> float:
-    """The n' whose ln(f'/n') is r times the one at the limit: every warp strength fades alike, however small its n' was."""
-    grown = expm1(min(log1p(depth_at_limit / parameter), 600.0) * r)
-    return depth / grown if grown > 0.0 else inf
-
-
 # --- the methods ------------------------------------------------------------------------------------------------------------------
 
 
@@ -215,64 +203,3 @@ def tsm_eta(near: float, far: float) -> float:
     """η of the trapezoid that gives `TSM_SHARE` p of the map to what lies before the focus √(nf): `n̄' = d (1−p)/(p−d)`, at most PSM's 1."""
     focus = (sqrt(near * far) - near) / (far - near)
     return min(eta_from_parameter((far - near) * focus * (1.0 - TSM_SHARE) / (TSM_SHARE - focus), near, far), 1.0)
-
-
-def _direct_parameter(choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, balanced: float) -> float:
-    """n' given by hand, as n' or as η, faded only below `DIRECT_FADE_RAD`."""
-    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
-    parameter = choice.parameter if choice.eta is None else parameter_from_eta(choice.eta, near, far, depth, balanced)
-    limit = min(gamma_lim_rad(near, far, half_fov_rad), DIRECT_FADE_RAD)
-    if gamma_rad >= limit or parameter == inf:
-        return parameter
-    return _faded(parameter, depth, depth, convergence(gamma_rad, limit, choice.convergence))
-
-
-def warp_parameter(
-    choice: WarpChoice,
-    near: float,
-    far: float,
-    half_fov_rad: float,
-    gamma_rad: float,
-    sub_near: float | None = None,
-    sub_far: float | None = None,
-) -> float:
-    """n' in metres of one map over view depths [near, far]; ∞ = uniform. In (0, ∞], never NaN, continuous in γ, ∞ at γ = 0.
-
-    `sub_near`, `sub_far`: the view depths whose error counts, when less than the map covers (default all; `choice.pseudo_near` raises
-    `sub_near`). A map that ends before the pseudo-near plane is uniform (LogPSM 5.65 for v_np > 2/3).
-    ∞ where there is nothing to warp for: an orthographic camera (φ = 0) sees every depth alike, and near ≥ far is an empty range.
-    Methods: 'lispsm' (n+√(fn))/sin γ (Wimmer); 'lispsm-general' T4 (42); 'lloyd', 'psm', 'tsm' the ramp η(γ) up to η = 0, 1, 80 % rule;
-    'log', 'logpsm' the n' that makes m_z constant. `choice.eta` and `choice.parameter` override them. Raises SettingsError on NaN.
-    """
-    require(not any(isnan(x) for x in (near, far, half_fov_rad, gamma_rad)), "The view's distances and angles must be numbers.")
-    gamma_rad = min(max(gamma_rad, 0.0), pi / 2.0)
-    if half_fov_rad <= 0.0 or gamma_rad == 0.0 or not near < far:
-        return inf
-    require(near > 0.0 and far < inf and half_fov_rad < pi / 2.0, "A perspective view needs 0 < near < far and a field of view below 180°.")
-    z2 = far if sub_far is None else min(max(sub_far, near), far)
-    z1 = min(max(near, near if sub_near is None else sub_near, choice.pseudo_near or near), z2)
-    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
-    parameter = _unlimited_parameter(choice, near, far, half_fov_rad, gamma_rad, z1, z2)
-    return inf if parameter > depth / EPSILON else max(parameter, depth * EPSILON)
-
-
-def _unlimited_parameter(
-    choice: WarpChoice, near: float, far: float, half_fov_rad: float, gamma_rad: float, sub_near: float, sub_far: float
-) -> float:
-    """`warp_parameter` on its open domain: φ > 0, γ > 0, near ≤ sub_near ≤ sub_far ≤ far."""
-    balanced = pseudo_near_parameter(near, far, sub_near, sub_far)
-    if choice.parameter is not None or choice.eta is not None:
-        return _direct_parameter(choice, near, far, half_fov_rad, gamma_rad, balanced)
-    if choice.is_logarithmic:
-        apex = log_apex(near, far, sub_near, choice.kind == "logpsm")
-        return log_apex_parameter(near, far, half_fov_rad, gamma_rad, choice.convergence, apex)
-    if choice.kind == "uniform" or balanced == inf:
-        return inf
-    if choice.kind == "lispsm":
-        return balanced / sin(gamma_rad)
-    if choice.kind == "lispsm-general":
-        return lispsm_general_parameter(near, far, half_fov_rad, gamma_rad, choice.convergence, balanced)
-    depth = warp_depth(near, far, half_fov_rad, gamma_rad)
-    top = {"lloyd": 0.0, "psm": 1.0, "tsm": tsm_eta(near, far)}[choice.kind]
-    parameter = parameter_from_eta(lloyd_eta(half_fov_rad, gamma_rad, top), near, far, depth, balanced)
-    return max(parameter, depth * pseudo_near_floor((sub_near - near) * sin(gamma_rad) / depth))

@@ -7,19 +7,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from math import inf, log, pi
 
-from ...maths.choices import FITS, WARPS, PartitionChoice
+from ...maths.choices import FITS, WARPS, PartitionChoice, unsuited
 from ...maths.error.aliasing import max_beam_error_z, max_error_x, side_face_maxima
 from ...maths.error.warped_map import WarpedMap, partition_maps
+from ...maths.partitioning import PARTITION_SCHEMES
+from ...maths.warping import WARP_METHODS
 from ...settings.groups import Settings
 
-COUNTS = {
-    "z-log": (2, 3, 4, 6, 8),
-    "z-adaptive": (2, 3, 4, 6, 8),
-    "z-pssm": (2, 3, 4, 6),
-    "z-linear": (2, 4),
-    "z-pseudo-near": (2, 3, 4),
-    "faces-z": (2, 3),
-}
+FIRST_TRIED = ("none", "z-log", "z-adaptive", "z-pssm", "z-linear", "z-pseudo-near", "faces-z")  # of equals the first wins
 ALPHAS, WEIGHTS, BENDS = (2.0, 3.0, 4.0), (0.25, 0.5, 0.75, 0.9), (-0.5, 0.0, 0.5, 2.0)
 
 
@@ -47,13 +42,14 @@ class Candidate:
     def options(self) -> dict[str, object]:
         """By the names of `options.OPTIONS`, only what has an effect."""
         named = {"warp": self.warp, "partition": self.partition, "fit": self.fit}
-        if self.partition not in ("none", "faces"):
+        scheme = PARTITION_SCHEMES[self.partition]
+        if scheme.divides_depth:
             named["partitions"] = self.count
-        if self.partition == "z-adaptive" and self.count > 1 and self.alpha is not None:
+        if "alpha" in scheme.options and self.count > 1 and self.alpha is not None:
             named["alpha"] = self.alpha
-        if self.partition == "z-pssm":
+        if "split_weight" in scheme.options:
             named["split_weight"] = self.split_weight
-        if self.warp == "logpsm":
+        if WARP_METHODS[self.warp].bends:
             named["log_bend"] = self.log_bend
         return named
 
@@ -65,21 +61,19 @@ def candidate_of(settings: Settings) -> Candidate:
 
 
 def all_candidates(base: Settings, orthographic: bool, light_kind: str) -> list[Candidate]:
-    """Every sensible combination with `base`'s α, λ and 1/b.
+    """Every sensible combination with `base`'s α, λ and 1/b: those that mean something under this camera and light.
 
-    An orthographic camera sees every depth alike: no warp, slices of equal depth. Log warps and faces need a sun, and a point light's
-    six maps are not divided further. Without α 'z-adaptive' is 'z-log' under another name, and stands for both.
+    An orthographic camera sees every depth alike: all its slices are of equal depth. Without α 'z-adaptive' is 'z-log' under another name,
+    and stands for both.
     """
     own = base.partition.alpha, base.partition.split_weight, base.warp.log_bend
-    warps = ("uniform",) if orthographic else WARPS if light_kind == "sun" else tuple(w for w in WARPS if w not in ("log", "logpsm"))
-    kinds = [("none", 1)]
-    if light_kind != "point":
-        counts = {"z-linear": COUNTS["z-linear"]} if orthographic else COUNTS
-        twin = "z-log" if base.partition.seam_alphas is None else None
-        kinds += [(kind, k) for kind, ks in counts.items() for k in ks if kind != twin and (light_kind == "sun" or kind != "faces-z")]
-    if light_kind == "sun" and not orthographic:
-        kinds.append(("faces", 1))
-    return [Candidate(w, kind, k, fit, *own) for fit in FITS for kind, k in kinds for w in warps]
+    warps = [name for name in WARPS if unsuited("warp", name, light_kind, orthographic) is None]
+    twins = {"z-log"} if base.partition.seam_alphas is None else set()
+    if orthographic:
+        twins = {name for name, scheme in PARTITION_SCHEMES.items() if scheme.divides_depth} - {"z-linear"}
+    order = dict.fromkeys((*FIRST_TRIED, *PARTITION_SCHEMES))
+    kinds = [name for name in order if name not in twins and unsuited("partition", name, light_kind, orthographic) is None]
+    return [Candidate(w, kind, k, fit, *own) for fit in FITS for kind in kinds for k in PARTITION_SCHEMES[kind].advised for w in warps]
 
 
 def predicted(candidate: Candidate, base: Settings, view: tuple[float, float, float, float], maps: int) -> float:
@@ -114,12 +108,13 @@ def pruned(ranked: Iterable[Candidate], keep: int) -> list[Candidate]:
 def neighbours(candidate: Candidate) -> list[Candidate]:
     """What differs in one thing: a partition more or less, another α, λ or 1/b."""
     found = []
-    if candidate.partition not in ("none", "faces"):
+    scheme = PARTITION_SCHEMES[candidate.partition]
+    if scheme.divides_depth:
         found += [replace(candidate, count=k) for k in (candidate.count - 1, candidate.count + 1) if 1 < k <= 8]
-    if candidate.partition == "z-adaptive":
+    if "alpha" in scheme.options:
         found += [replace(candidate, alpha=(a,)) for a in ALPHAS]
-    if candidate.partition == "z-pssm":
+    if "split_weight" in scheme.options:
         found += [replace(candidate, split_weight=w) for w in WEIGHTS]
-    if candidate.warp == "logpsm":
+    if WARP_METHODS[candidate.warp].bends:
         found += [replace(candidate, log_bend=b) for b in BENDS]
     return [c for c in found if c != candidate]

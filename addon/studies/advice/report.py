@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import exp, inf
 
+from ...maths.partitioning import PARTITION_SCHEMES
 from .search import Advice, Row
 
 COLUMNS = ("warp", "partition", "fit", "maps", "size", "Mi texels", "m median", "p95", "p99", "above 1", "theory")
@@ -57,7 +58,7 @@ def _listed(options: dict[str, object]) -> dict[str, object]:
 def cells_of(row: Row) -> tuple[str, ...]:
     """The row as short words, in the order of `COLUMNS`."""
     c, m = row.candidate, row.measured
-    partition = c.partition if c.partition in ("none", "faces") else f"{c.partition} × {c.count}"
+    partition = c.partition if not PARTITION_SCHEMES[c.partition].divides_depth else f"{c.partition} × {c.count}"
     theory = "–" if row.predicted == inf else f"{exp(row.predicted):.3g}"
     return (
         c.warp,

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...maths.choices import LOG_WARPS
 from ...maths.error.aliasing import error_statistics
 from ...maths.shadow.projection import ShadowPlan
+from ...maths.warping import WARP_METHODS
 from ...settings.groups import Settings
 from .candidates import Candidate, all_candidates, candidate_of, neighbours, predicted, pruned
 from .goal import LARGEST_MAP, Goal
@@ -199,7 +199,7 @@ class _Search:
             return None
         return min(
             (row for row in rows if self._cost(row) <= SAME * least),
-            key=lambda row: (row.maps, row.candidate.warp in LOG_WARPS, self._cost(row)),
+            key=lambda row: (row.maps, WARP_METHODS[row.candidate.warp].log is not None, self._cost(row)),
         )
 
     def _steady(self, rows: list[Row]) -> list[Candidate]:

@@ -27,7 +27,7 @@ from addon.maths.error.aliasing import (
     storage_factor_z,
 )
 from addon.maths.error.warped_map import WarpedMap
-from addon.maths.shadow.warps import lispsm_parameter
+from addon.maths.warping.formulas import lispsm_parameter
 from tests.margins import agree, at_most
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, depths, pyramid_depth, pyramid_w, pyramid_width, views
 

@@ -9,8 +9,8 @@ from addon.maths import spaces
 from addon.maths.choices import WARPS
 from addon.maths.error import measure
 from addon.maths.shadow import lookup
-from addon.maths.shadow.warps import warp_depth
 from addon.maths.view import Light
+from addon.maths.warping.formulas import warp_depth
 from tests.margins import agree
 from tests.maths.shadow.fit_rigs import IMAGE, camera_at, plan_of, receivers_on, sun_at, unit
 

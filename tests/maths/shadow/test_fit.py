@@ -11,8 +11,8 @@ from addon.maths.frusta import frustum_corners
 from addon.maths.shadow import lookup
 from addon.maths.shadow.crop import HIGHEST
 from addon.maths.shadow.fit import plan_shadows
-from addon.maths.shadow.warps import lispsm_general_parameter
 from addon.maths.view import Light
+from addon.maths.warping.formulas import lispsm_general_parameter
 from tests.margins import agree, at_most
 from tests.maths.shadow.fit_rigs import IMAGE, camera_at, casters_round, plan_of, receivers_on, sun_at, texel_sizes, unit
 

@@ -16,8 +16,8 @@ from addon.maths.error.warped_map import WarpedMap
 from addon.maths.shadow import spacing
 from addon.maths.shadow.crop import bent
 from addon.maths.shadow.projection import LogWarp
-from addon.maths.shadow.warps import (
-    DIRECT_FADE_RAD,
+from addon.maths.shadow.warps import DIRECT_FADE_RAD, warp_parameter
+from addon.maths.warping.formulas import (
     convergence,
     eta_from_parameter,
     faded_bend,
@@ -34,7 +34,6 @@ from addon.maths.shadow.warps import (
     pseudo_near_parameter,
     tsm_eta,
     warp_depth,
-    warp_parameter,
 )
 from tests.margins import agree, at_most
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, light_z, pyramid_depth, reals, views
