@@ -23,9 +23,10 @@ import numpy as np
 
 from ..choices import PartitionChoice, WarpChoice
 from ..frusta import Body
+from ..warping.formulas import warp_depth
 from .crop import Receivers
 from .light_space import LightSpace
-from .warps import warp_depth, warp_parameter
+from .warps import warp_parameter
 
 MOST_SAMPLES = 512  # receivers that the mean is taken over
 OUTWARDS = 24  # directions in which the farthest of them are looked for
