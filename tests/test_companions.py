@@ -6,6 +6,7 @@ import resource
 import sys
 import threading
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -265,7 +266,7 @@ def test_a_model_beyond_the_memory_is_one_line_and_what_it_held_is_free(tmp_path
         raise MemoryError(large)
 
     if stage == "reading":
-        monkeypatch.setitem(cad.READERS, ".obj", fail)
+        monkeypatch.setitem(cad.BY_SUFFIX, ".obj", replace(cad.BY_SUFFIX[".obj"], read=fail))
     else:
         monkeypatch.setattr(cad, "assemble", fail)
     with pytest.raises(CadFileError, match=r"x.obj needs more memory than there is: split it") as caught:

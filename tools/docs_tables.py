@@ -6,6 +6,7 @@ Sources: `addon.settings.options` (names, ranges, tooltips) and the parser of `a
     <!-- choices: warp -->  …  <!-- end -->          one row per choice of an option
     <!-- presets: all -->  …  <!-- end -->           one row per preset that is shipped
     <!-- passes: all -->  …  <!-- end -->            one row per pass
+    <!-- formats: all -->  …  <!-- end -->           one row per format of CAD files
 
 and what stands between is replaced. `docs/command_line.md` is made whole. Not here: any word about what an option does.
 """
@@ -20,13 +21,14 @@ from pathlib import Path
 
 from addon.cli.parser import build_parser
 from addon.pipeline.render_passes import RENDER_PASSES
+from addon.scene.cad.formats import FORMATS
 from addon.settings.option import Option
 from addon.settings.options import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "blender" / "presets" / "cad_shadow_preview"
 COMMAND_LINE = DOCS / "command_line.md"
-MARKED = re.compile(r"(<!-- (options|choices|presets|passes): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+MARKED = re.compile(r"(<!-- (options|choices|presets|passes|formats): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 UNITS = {"m": " m", "texel": " texels"}
 
 COMMAND_LINE_HEAD = """# Command line
@@ -119,9 +121,18 @@ def pass_table(_names: list[str]) -> str:
     return table(("Pass", "Array", "What it holds", "In Blender"), rows)
 
 
+def format_table(_names: list[str]) -> str:
+    """The formats of CAD files: name, suffixes, and what a file means that says nothing of unit and axis."""
+    guess = ", a guess: the file does not say"
+    rows = [
+        (row.name, " ".join(f"`{s}`" for s in row.suffixes), row.unit + guess * (not row.fixes_unit), row.up) for row in FORMATS.values()
+    ]
+    return table(("Format", "Files", "Unit, if the file names none", "Up"), rows)
+
+
 def filled(text: str) -> str:
     """A page with every marked table made anew."""
-    makers = {"options": option_table, "choices": choice_table, "presets": preset_table, "passes": pass_table}
+    makers = {"options": option_table, "choices": choice_table, "presets": preset_table, "passes": pass_table, "formats": format_table}
     return MARKED.sub(lambda m: f"{m[1]}\n{makers[m[2]](m[3].split())}\n{m[4]}", text)
 
 

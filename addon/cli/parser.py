@@ -11,6 +11,7 @@ import re
 from math import radians
 
 from ..pipeline.render_passes import PASSES, USUAL_PASSES
+from ..scene.cad.formats import SUFFIXES
 from ..scene.cad.units import metres_per_unit, z_up_from
 from ..scene.platform_deck.layout import FEWEST, MOST
 from ..scene.reading.limits import Limits
@@ -131,7 +132,7 @@ def add_inputs(parser: argparse.ArgumentParser) -> None:
         "inputs",
         nargs="*",
         metavar="INPUT",
-        help=".blend or CAD file: .step .stp .stl .obj .ply .off .3mf .glb .gltf; a folder of such; or a pattern: parts/*.step",
+        help=f".blend or CAD file: {' '.join(SUFFIXES)}; a folder of such; or a pattern: parts/*{SUFFIXES[0]}",
     )
     group.add_argument(
         "--deck",

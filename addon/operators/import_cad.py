@@ -12,7 +12,7 @@ from mathutils import Matrix
 from ..blender import clip_range
 from ..blender.cad_import import to_blender
 from ..errors import UserError
-from ..scene.cad.sniff import SUFFIXES
+from ..scene.cad.formats import FORMATS, SUFFIXES, said
 from ..scene.cad.units import METRES_PER_UNIT, UPS
 from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
@@ -30,16 +30,20 @@ UNIT_TITLES = {
     "ft": "Feet",
     "yd": "Yards",
 }
+_OTHERWISE = ", ".join(f"{row.name}: {UNIT_TITLES[row.unit].lower()}" for row in FORMATS.values() if row.unit != "m")
+_UNITLESS = said([row.name for row in FORMATS.values() if not row.fixes_unit], " and ")
+_Y_UP = said([row.name for row in FORMATS.values() if row.up == "Y"], " and ")
 # Made here: Blender evaluates a class's annotations where a generator does not see the names of this module.
 UNITS = [
-    ("AUTO", "As the File Says", "What the file says, else metres (3MF: millimetres)"),
+    ("AUTO", "As the File Says", f"What the file says, else metres ({_OTHERWISE})"),
     *((name, UNIT_TITLES[name], f"1 unit in the file is {size:g} m") for name, size in METRES_PER_UNIT.items()),
 ]
 
 
 class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
-    """Import CAD files (STEP, glTF, STL, OBJ, PLY, OFF, 3MF) with part names, colours and shared meshes"""
+    """Import CAD files with part names, colours and shared meshes"""
 
+    bl_description = f"Import CAD files ({said()}) with part names, colours and shared meshes"
     bl_idname = "cad_shadow.import_cad"
     bl_label = "Import CAD"
     bl_options = {"REGISTER", "UNDO"}
@@ -51,7 +55,7 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
     units: bpy.props.EnumProperty(
         name="Unit",
         default="AUTO",
-        description="The unit of the numbers in the file. STL, OBJ, PLY and OFF do not say theirs",
+        description=f"The unit of the numbers in the file. {_UNITLESS} do not say theirs",
         items=UNITS,
     )
     up: bpy.props.EnumProperty(
@@ -59,7 +63,7 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         default="AUTO",
         description="The axis of the file that becomes Blender's Z",
         items=[
-            ("AUTO", "Automatic", "Y for glTF and OBJ, Z for all other formats"),
+            ("AUTO", "Automatic", f"Y for {_Y_UP}, Z for all other formats"),
             *((axis, axis, f"{axis} of the file points up") for axis in UPS),
         ],
     )
@@ -200,7 +204,7 @@ class CAD_SHADOW_FH_import_cad(bpy.types.FileHandler):
 
 def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     """The entry in File > Import."""
-    self.layout.operator(CAD_SHADOW_OT_import_cad.bl_idname, text="CAD: STEP, glTF, STL, OBJ, PLY, OFF, 3MF")
+    self.layout.operator(CAD_SHADOW_OT_import_cad.bl_idname, text=f"CAD: {said()}")
 
 
 _classes = (CAD_SHADOW_OT_import_cad, CAD_SHADOW_FH_import_cad)

@@ -10,7 +10,7 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...scene.cad.sniff import SUFFIXES as CAD_SUFFIXES
+from ...scene.cad.formats import SUFFIXES as CAD_SUFFIXES
 from ...studies.scratch import PREFIX
 
 SUFFIXES = frozenset((".blend", *CAD_SUFFIXES))

@@ -8,37 +8,20 @@ Everything is parsed before this returns, so a caller that fails here has not to
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import CadFileError, CadMemoryError
 from ..cad_model import CadModel
 from ..plain_text import shown
 from .assemble import assemble
-from .gltf import read_gltf
-from .obj import read_obj
-from .off import read_off
-from .ply import read_ply
+from .cad_format import CadFormat
+from .formats import BY_SUFFIX, SUFFIXES
 from .raw import RawFile
-from .single import read_single
-from .sniff import SUFFIXES, checked_path
-from .step import read_step
-from .threemf import read_3mf
-from .units import FORMAT_DEFAULTS, METRES_PER_UNIT, UPS
+from .sniff import checked_path
+from .units import METRES_PER_UNIT, UPS
 
-__all__ = ["FORMAT_DEFAULTS", "METRES_PER_UNIT", "SUFFIXES", "UPS", "read"]
+__all__ = ["BY_SUFFIX", "METRES_PER_UNIT", "SUFFIXES", "UPS", "read"]
 
-READERS: dict[str, Callable[[Path], RawFile]] = {
-    ".glb": read_gltf,
-    ".gltf": read_gltf,
-    ".stl": read_single,
-    ".ply": read_ply,
-    ".off": read_off,
-    ".obj": read_obj,
-    ".3mf": read_3mf,
-    ".step": read_step,
-    ".stp": read_step,
-}
 log = logging.getLogger(__name__)
 
 
@@ -48,18 +31,19 @@ def read(path: str | Path, units: str | None = None, up: str | None = None) -> C
     `units` ('mm', 'in', 'metre', …) and `up` ('Y', 'Z', '-Z', …) override what the file or its format says. A guess is a line in
     `warnings`. Raises `CadFileError`, one line that says what to do, when the file is missing, unreadable, of another type, or has no face.
     """
-    file = checked_path(path)
+    file = checked_path(path, BY_SUFFIX)
+    kind = BY_SUFFIX[file.suffix.lower()]
     try:
-        return assemble(_raw(file), file, units, up)
+        return assemble(_raw(file, kind), file, kind, units, up)
     except MemoryError:
         pass  # what was held is free again before anything is said
     raise CadMemoryError(f"{shown(file.name)} needs more memory than there is: split it, or close other programs.")
 
 
-def _raw(file: Path) -> RawFile:
+def _raw(file: Path, kind: CadFormat) -> RawFile:
     """What its format's reader gives; raises `CadFileError` and `MemoryError`."""
     try:
-        return READERS[file.suffix.lower()](file)
+        return kind.read(file)
     except CadFileError as error:
         raise CadFileError(shown(str(error))) from error
     except UnicodeEncodeError as error:  # of what readers in other languages are given, the path alone can be no text

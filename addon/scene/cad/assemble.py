@@ -11,22 +11,22 @@ import numpy as np
 from ...errors import CadFileError
 from ..cad_model import CadMaterial, CadMesh, CadModel, CadPart
 from ..plain_text import shown
+from .cad_format import CadFormat
 from .cleaning import CleanPiece, clean_pieces, own_centre
 from .colors import color_slots
 from .raw import RawFile, RawPiece
-from .units import FORMAT_DEFAULTS, metres_per_unit, z_up_from
+from .units import metres_per_unit, z_up_from
 
 GREY = np.array([0.8, 0.8, 0.8, 1.0])
 
 
-def assemble(raw: RawFile, file: Path, units: str | None, up: str | None) -> CadModel:
+def assemble(raw: RawFile, file: Path, kind: CadFormat, units: str | None, up: str | None) -> CadModel:
     """Claim: the model in metres and Z up; raises `CadFileError` when not one triangle with an area is left."""
-    default_unit, default_up, is_fixed = FORMAT_DEFAULTS[file.suffix.lower()]
     warnings = list(raw.warnings)
-    unit, scale = metres_per_unit(units or raw.units or default_unit)
-    axis = (up or default_up).strip().upper()
+    unit, scale = metres_per_unit(units or raw.units or kind.unit)
+    axis = (up or kind.up).strip().upper()
     turn = z_up_from(axis)
-    if units is None and raw.units is None and not is_fixed:
+    if units is None and raw.units is None and not kind.fixes_unit:
         warnings.append(f"{file.name} names no unit: taken as metres. Set the unit if that is wrong.")
     cleaned, defects = clean_pieces([piece for _, pieces in raw.meshes.values() for piece in pieces], scale * turn)
     builder = _Builder(raw, cleaned)

@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import CadFileError
 from ..cad_model import CadCamera, CadLight
 from ..plain_text import shown_name
+from .cad_format import CadFormat, starts, starts_text
 from .gltf_document import Document, picked
 from .gltf_look import SPEC_GLOSS, cameras_of, lights_of, materials_of
 from .gltf_primitives import COMPRESSIONS, Primitives, compressed_message
@@ -176,3 +177,6 @@ def _moved(center: list[float], matrix: np.ndarray | None) -> np.ndarray:
     out = np.eye(4) if matrix is None else matrix.copy()
     out[:3, 3] += np.asarray(center, np.float64)
     return out
+
+
+ROW = CadFormat("glTF", {".glb": starts(b"glTF"), ".gltf": starts_text(rb"\{")}, read_gltf, place=70, up="Y", fixes_unit=True)

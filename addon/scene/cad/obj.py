@@ -4,6 +4,7 @@ parts, and cuts polygons that are not convex wrongly. Lines are sorted by their 
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from ..cad_model import CadMaterial
 from ..plain_text import shown_name
+from .cad_format import CadFormat, Likeness
 from .colors import rgba
 from .companions import companion
 from .mtl import read_mtl
@@ -133,3 +135,15 @@ def _resolved(index: np.ndarray, count: int | None, total: int) -> np.ndarray:
     """0-based indices; −1 where there is none or it points outside. Negative ones count back from `count`."""
     zero_based = np.where(index > 0, index - 1, index + (count or 0))
     return np.where((index != 0) & (zero_based >= 0) & (zero_based < total), zero_based, -1)
+
+
+def likeness(head: bytes, _size: int) -> Likeness:
+    """A text with a line that begins with one of the format's words, or of comments alone so far."""
+    if b"\x00" in head:
+        return Likeness.NO
+    is_comment = b"#" in head and not re.sub(rb"#[^\n]*", b"", head).strip(b"\xef\xbb\xbf \t\r\n")
+    has_word = re.search(rb"(?m)^\s*(v|vn|vt|f|o|g|mtllib|usemtl)\s", head)
+    return Likeness.MAYBE if is_comment or has_word else Likeness.NO
+
+
+ROW = CadFormat("OBJ", {".obj": likeness}, read_obj, place=30, up="Y")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .cad_format import CadFormat, starts_text
 from .colors import rgba
 from .polygons import triangulate
 from .raw import RawFile, RawNode, RawPiece
@@ -42,3 +43,6 @@ def _vertex_colors(kind: bytes, vertices: np.ndarray) -> np.ndarray | None:
         return None
     channels = vertices[:, 3:7]
     return rgba(channels / 255.0 if channels.max() > 1.0 else channels, is_srgb=True)
+
+
+ROW = CadFormat("OFF", {".off": starts_text(rb"(?:\s|#[^\n]*\n)*[A-Z0-9]{0,4}OFF\b")}, read_off, place=50)

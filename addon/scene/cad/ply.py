@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..plain_text import shown_name
+from .cad_format import CadFormat, starts_text
 from .colors import of_faces, rgba
 from .ply_elements import Columns, Lists, ply_elements
 from .polygons import triangulate
@@ -87,3 +88,6 @@ def _colors(columns: Columns) -> np.ndarray | None:
         if own[:3] == list(names[:3]):
             return rgba(np.stack([columns[name] for name in own], axis=1), is_srgb=True)
     return None
+
+
+ROW = CadFormat("PLY", {".ply": starts_text(rb"ply[ \t]*\r?\n")}, read_ply, place=40)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+import struct
 from pathlib import Path
 
 import numpy as np
 
+from .cad_format import CadFormat, Likeness
 from .colors import of_faces, rgba
 from .raw import RawFile, RawNode, RawPiece
 
@@ -38,3 +41,14 @@ def _piece(g: dict) -> RawPiece:
     if g.get("face_colors") is not None and len(g["face_colors"]) == len(triangles) and len(triangles):
         colors = of_faces(rgba(g["face_colors"], is_srgb=True))
     return RawPiece(g["vertices"], triangles, None, None, colors)
+
+
+def likeness(head: bytes, size: int) -> Likeness:
+    """A binary STL's length follows from its count of facets, whatever its first 80 bytes say; a text has the words."""
+    if len(head) >= 84 and size == 84 + 50 * struct.unpack_from("<I", head, 80)[0]:
+        return Likeness.BINARY
+    is_solid = re.match(rb"[\xef\xbb\xbf \t\r\n]*solid\b", head, re.IGNORECASE)
+    return Likeness.TEXT if is_solid and (b"facet" in head or b"endsolid" in head) else Likeness.NO
+
+
+ROW = CadFormat("STL", {".stl": likeness}, read_single, place=20)

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import os
-import re
-import struct
+from collections.abc import Mapping
 from pathlib import Path
 
 from ...errors import CadFileError
 from ..plain_text import shown_name
 from ..user_files import opened
+from .cad_format import CadFormat, Likeness
 
-SUFFIXES = (".glb", ".gltf", ".stl", ".obj", ".ply", ".off", ".3mf", ".step", ".stp")
-SAME = {".stp": ".step"}
 HEAD = 4096
 
 
-def checked_path(path: str | Path) -> Path:
-    """The path of a file that exists, can be read, is not empty and is what its suffix says; else `CadFileError`."""
+def checked_path(path: str | Path, formats: Mapping[str, CadFormat]) -> Path:
+    """The path of a file that exists, can be read, is not empty and is what its suffix says; else `CadFileError`. `formats` by suffix."""
     file = Path(path)
     suffix = file.suffix.lower()
     try:
         if file.is_dir():
             os.scandir(file).close()
             raise CadFileError(f"{file} is a folder without a CAD file in it: give a CAD file, or --recursive to look further down.")
-        if suffix not in SUFFIXES:
-            raise CadFileError(f"{shown_name(file.name)} is no CAD file this program reads: give one of {' '.join(SUFFIXES)}.")
+        if suffix not in formats:
+            raise CadFileError(f"{shown_name(file.name)} is no CAD file this program reads: give one of {' '.join(formats)}.")
         with opened(file) as stream:
             head = stream.read(HEAD)
         size = file.stat().st_size
@@ -37,36 +35,16 @@ def checked_path(path: str | Path) -> Path:
         raise CadFileError(f"{shown_name(str(file), 1000)} is no name that a file can have: check the path.") from error
     if not head:
         raise CadFileError(f"{file.name} is empty (0 bytes): export it again.")
-    found = sniff(head, size)
-    if found != SAME.get(suffix, suffix):
-        if found is None:
-            raise CadFileError(f"{file.name} holds no {suffix[1:].upper()} data: it is damaged or of another type. Export it again.")
-        raise CadFileError(f"{file.name} is a {found[1:].upper()} file under a wrong name: rename it to {file.stem}{found}.")
+    fitting = sniff(head, size, formats)
+    if not fitting:
+        raise CadFileError(f"{file.name} holds no {suffix[1:].upper()} data: it is damaged or of another type. Export it again.")
+    if suffix not in fitting:
+        raise CadFileError(f"{file.name} is a {fitting[0][1:].upper()} file under a wrong name: rename it to {file.stem}{fitting[0]}.")
     return file
 
 
-def sniff(head: bytes, size: int) -> str | None:
-    """The suffix that fits the first bytes of a file of `size` bytes, or None. Binary forms first, then text by its first words."""
-    if head[:4] == b"glTF":
-        return ".glb"
-    if head[:4] == b"PK\x03\x04":
-        return ".3mf"
-    if len(head) >= 84 and size == 84 + 50 * struct.unpack_from("<I", head, 80)[0]:
-        return ".stl"
-    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
-    if text.startswith(b"ISO-10303-21"):
-        return ".step"
-    if re.match(rb"ply[ \t]*\r?\n", text):
-        return ".ply"
-    if text.startswith(b"{"):
-        return ".gltf"
-    words = re.sub(rb"#[^\n]*", b"", text).lstrip()
-    if re.match(rb"[A-Z0-9]{0,4}OFF\b", words):
-        return ".off"
-    if re.match(rb"solid\b", text, re.IGNORECASE) and (b"facet" in head or b"endsolid" in head):
-        return ".stl"
-    if b"\x00" not in head and re.search(rb"(?m)^\s*(v|vn|vt|f|o|g|mtllib|usemtl)\s", head):
-        return ".obj"
-    if text.startswith(b"#") and not words and b"\x00" not in head:
-        return ".obj"
-    return None
+def sniff(head: bytes, size: int, formats: Mapping[str, CadFormat]) -> tuple[str, ...]:
+    """The suffixes that fit the first bytes of a file of `size` bytes: those whose format is surest that it is its own; else none."""
+    likeness = {suffix: row.signatures[suffix](head, size) for suffix, row in formats.items()}
+    surest = max(likeness.values())
+    return tuple(suffix for suffix, sure in likeness.items() if sure == surest is not Likeness.NO)

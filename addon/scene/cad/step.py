@@ -6,6 +6,7 @@ import tempfile
 from pathlib import Path
 
 from ...errors import CadFileError
+from .cad_format import CadFormat, starts_text
 from .gltf import read_glb_bytes
 from .raw import RawFile
 
@@ -26,3 +27,7 @@ def read_step(path: Path) -> RawFile:
         if status != 0 or not out.exists():
             raise CadFileError(f"{path.name} cannot be read as STEP: it may be damaged. Export it again as AP203, AP214 or AP242.")
         return read_glb_bytes(out.read_bytes(), path)
+
+
+IS_STEP = starts_text(rb"ISO-10303-21")
+ROW = CadFormat("STEP", {".step": IS_STEP, ".stp": IS_STEP}, read_step, place=10, fixes_unit=True)

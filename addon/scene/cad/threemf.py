@@ -12,6 +12,7 @@ from ...errors import CadFileError
 from ...images.srgb import linear_from_srgb
 from ..cad_model import CadMaterial
 from ..plain_text import shown_name
+from .cad_format import CadFormat, starts
 from .colors import of_faces
 from .raw import RawFile, RawNode, RawPiece
 
@@ -138,3 +139,6 @@ def _palette_entry(element: ElementTree.Element) -> CadMaterial:
     channels = bytes.fromhex(text if len(text) == 8 else text[:6] + "FF")
     color = linear_from_srgb(np.frombuffer(channels, dtype=np.uint8) / 255.0)
     return CadMaterial(element.get("name") or f"Color {text[:6].lower()}", tuple(float(c) for c in color))
+
+
+ROW = CadFormat("3MF", {".3mf": starts(b"PK\x03\x04")}, read_3mf, place=60, unit="mm", fixes_unit=True)

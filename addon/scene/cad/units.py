@@ -1,4 +1,4 @@
-"""Units and axes of CAD files: names, defaults by format, and the change of basis to metres and Z up."""
+"""Units and axes of CAD files: names, and the change of basis to metres and Z up."""
 
 from __future__ import annotations
 
@@ -26,19 +26,6 @@ LONG_NAMES = {
     "feet": "ft",
 }
 UPS = ("X", "Y", "Z", "-X", "-Y", "-Z")
-
-# unit and up axis when the file says nothing; the last entry tells whether the format itself fixes the unit
-FORMAT_DEFAULTS = {
-    ".glb": ("m", "Y", True),
-    ".gltf": ("m", "Y", True),
-    ".step": ("m", "Z", True),
-    ".stp": ("m", "Z", True),
-    ".3mf": ("mm", "Z", True),
-    ".obj": ("m", "Y", False),
-    ".stl": ("m", "Z", False),
-    ".ply": ("m", "Z", False),
-    ".off": ("m", "Z", False),
-}
 
 
 def metres_per_unit(unit: str) -> tuple[str, float]:
