@@ -17,6 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from addon.cli.commands import COMMANDS
+
 ROOT = Path(__file__).resolve().parents[1]
 CAD_DEV = ROOT.parent / "shared" / "cad" / "dev"
 PASSES = "combined,shadow,depth,normal,object,partition,aliasing"
@@ -27,7 +29,6 @@ SETTINGS = (
     ("--partition", "faces", "--fit", "scene", "--test", "id-depth"),
     ("--warp", "psm", "--cut", "view", "--depths", "4", "--samples", "1"),
 )
-COMMANDS = ("", "preview", "analyse", "compare", "theory", "impostor", "impostor-path", "advise", "sun-study", "bench")
 TIMES = {"timing_ms", "version"}
 
 
@@ -77,7 +78,7 @@ def main() -> None:
     choice = parser.parse_args()
     checkouts = [choice.other.resolve(), ROOT]
     models = [str(path) for path in sorted(CAD_DEV.glob("*")) if path.suffix in {".glb", ".obj", ".stl", ".ply", ".step"}]
-    out = [f"--help of {name or 'the program'}" for name in COMMANDS if len({_help(one, name) for one in checkouts}) > 1]
+    out = [f"--help of {name or 'the program'}" for name in ("", *COMMANDS) if len({_help(one, name) for one in checkouts}) > 1]
     with tempfile.TemporaryDirectory() as folder:
         for number, checkout in enumerate(checkouts):
             pictures(checkout, Path(folder) / str(number), choice.size, models)

@@ -28,10 +28,10 @@ FLOORS = {
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras lights materials meshes < instances < marks < reader < __init__",
-    "addon/cli": "argument_types exit_codes settings_file batch < parser_batch < parser_impostors commands < parser run < inputs < main"
+    "addon/cli": "argument_types command exit_codes settings_file batch < shared_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
-    "addon/cli/commands": "* < __init__",
+    "addon/cli/commands": "* < impostor_path < __init__",
     "addon/images": "exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
     "addon/maths": "domains tables < spaces partitioning < warping < choices < sun < view < frusta nearest relief"
     " < depth_projection shadow < anchored_camera error < __init__",

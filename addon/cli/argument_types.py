@@ -51,6 +51,16 @@ def picture_size(text: str) -> tuple[int, int]:
 picture_size.__name__ = "size"
 
 
+def positive(text: str) -> int:
+    """A whole number from 1."""
+    if int(text) < 1:
+        raise ValueError(text)
+    return int(text)
+
+
+positive.__name__ = "whole number from 1"
+
+
 def degrees_between(low: float, high: float) -> Callable[[str], float]:
     """A parser of degrees in the open interval, to radians."""
 

@@ -18,14 +18,12 @@ from ..scene.user_files import run_of_inputs
 from ..studies.outputs import check_target, json_text, recorded, run_of_results, write_json
 from ..studies.stopping import heeded
 from ..studies.terminal import Closed, complain, flushed, make_ready, told
-from .commands.theory import theory_command
+from .command import Command
+from .commands import COMMANDS
 from .exit_codes import DONE, FAILED, MISUSED
 from .inputs import Attached, claim_results, report_mistake, run_inputs, run_worker
 from .parser import build_parser, joined, view_mistake
-from .parser_impostors import path_mistake
 from .settings_file import read_settings
-
-BENCH_TRIANGLES = 1_000_000
 
 
 def main(argv: list[str], attached: Attached = nullcontext) -> int:
@@ -51,14 +49,13 @@ def _run(argv: list[str], attached: Attached) -> int:
     except UserError as error:
         complain(f"cad_shadow: {error}")
         return MISUSED
-    if args.command == "theory":
-        return theory_command(args)
-    if args.command == "bench" and not args.inputs and args.deck is None:
-        args.deck = BENCH_TRIANGLES
+    command = COMMANDS[args.command]
+    if command.alone is not None:
+        return command.alone(args)
     if not args.inputs and args.deck is None:
         args.deck = args.example
     args.argv = argv
-    mistake = _mistake(args)
+    mistake = _mistake(args, command)
     if mistake is not None:
         complain(f"cad_shadow {args.command}: {mistake}")
         return MISUSED
@@ -69,13 +66,11 @@ def _run(argv: list[str], attached: Attached) -> int:
         return finish(args, run_inputs(args, attached), out)
 
 
-def _mistake(args: argparse.Namespace) -> str | None:
+def _mistake(args: argparse.Namespace, command: Command) -> str | None:
     """What is wrong with arguments together, in words."""
     if not args.inputs and args.deck is None:
         return "no INPUT given; name a .blend or CAD file, or ask for the example with --deck 100000"
-    if args.command == "impostor-path" and (mistake := path_mistake(args)):
-        return mistake
-    return view_mistake(args) or report_mistake(args)
+    return command.mistake(args) or view_mistake(args) or report_mistake(args)
 
 
 def finish(args: argparse.Namespace, reports: list[dict[str, object]], out: TextIO) -> int:

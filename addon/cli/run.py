@@ -23,11 +23,7 @@ from ..studies.terminal import complain
 from .batch.items import Item
 from .batch.stamp import companions_of, request_digest, stamp_of, stamped
 from .batch.workers import Answer
-from .commands.advise import advise_command
-from .commands.bench import bench_command
-from .commands.impostors import impostor_command, path_command
-from .commands.pictures import analyse, compare_command, preview
-from .commands.sun_study import sun_study_command
+from .commands import COMMANDS
 from .settings_file import chosen_settings, idle_options
 
 
@@ -69,7 +65,7 @@ def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted:
     settings.append(chosen_settings(settings_from(scene.cad_shadow), args))
     if args.crease_angle is not None:
         scene.cad_shadow.crease_angle = args.crease_angle
-    report, line = COMMANDS[args.command](scene, wish_for(item.name, args, settings[0], warnings), item.stem, args)
+    report, line = COMMANDS[args.command].work(scene, wish_for(item.name, args, settings[0], warnings), item.stem, args)
     if stamp is None:
         return report, line
     return _stamped(report, {**stamp, "companions": companions_of(item, noted)}, files, item, args), line
@@ -110,15 +106,3 @@ def wish_for(name: str, args: argparse.Namespace, settings: Settings, warnings: 
     complaints = (*warnings, *idle_options(settings, args))
     lens, is_drawing = Lens(half_fov, args.near, args.far), args.view is not None
     return RenderWish(name, (), camera, light, settings, lens, args.size, complaints, is_drawing)
-
-
-COMMANDS = {
-    "advise": advise_command,
-    "bench": bench_command,
-    "preview": preview,
-    "analyse": analyse,
-    "compare": compare_command,
-    "sun-study": sun_study_command,
-    "impostor": impostor_command,
-    "impostor-path": path_command,
-}

@@ -3,19 +3,60 @@
 from __future__ import annotations
 
 import argparse
+import re
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import bpy
-
-from ...blender.render_wish import RenderWish
-from ...blender.rendering import render
-from ...blender.sources import render_size
 from ...studies.advice import Advice, Goal, Shot, advice_report, advice_table, advise
+from ...studies.advice.goal import MOST_FRAMES, picked_frames
 from ...studies.advice.shots import small_size
 from ...studies.outputs import write_json
+from ..argument_types import positive, positive_number
+from ..command import Command
+from ..shared_arguments import SECTIONS, add_inputs, add_method, add_reporting, add_view
+
+if TYPE_CHECKING:
+    import bpy
+
+    from ...blender.render_wish import RenderWish
 
 HEAD = ("input", "version", "gl", "settings", "warnings", "errors")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A goal, how long to search for it, and everything about a picture."""
+    group = parser.add_argument_group("what is wanted").add_mutually_exclusive_group(required=True)
+    group.add_argument("--texels", type=positive, metavar="N", help="the least error with this many texels in all maps together")
+    group.add_argument(
+        "--error", type=positive_number, metavar="M", help="the fewest texels with which 95 %% of the pixels have an error m below this"
+    )
+    search = parser.add_argument_group("search")
+    search.add_argument(
+        "--frames",
+        type=frame_list,
+        default=(),
+        metavar="A-B",
+        help=f"frames of the animation, {MOST_FRAMES} of them are looked at (default: one)",
+    )
+    search.add_argument(
+        "--seconds", type=positive_number, default=120.0, metavar="S", help="decide after this time at the latest (default 120)"
+    )
+    add_inputs(parser)
+    add_reporting(parser)
+    add_view(parser)
+    add_method(parser, *SECTIONS)
+
+
+def frame_list(text: str) -> tuple[int, ...]:
+    """A-B as `picked_frames` has it; a single frame as itself."""
+    match = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", text)
+    if not match:
+        raise ValueError(text)
+    first, last = int(match[1]), int(match[2] or match[1])
+    if last < first:
+        raise argparse.ArgumentTypeError(f"{text}: the last frame comes before the first")
+    return picked_frames(first, last)
 
 
 def advise_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
@@ -30,6 +71,9 @@ def advise_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: a
 
 def read_shots(scene: bpy.types.Scene, wish: RenderWish, frames: tuple[int, ...]) -> tuple[list[Shot], dict[str, object]]:
     """One shot per frame (none given: the current one) as a render sees it, and the report's head. The scene's frame is put back."""
+    from ...blender.rendering import render
+    from ...blender.sources import render_size
+
     size = wish.size or render_size(scene)
     kept, outcomes = scene.frame_current, []
     try:
@@ -68,3 +112,13 @@ def summary(advice: Advice) -> str:
 
 def _word(value: object) -> str:
     return ",".join(f"{v:g}" for v in value) if isinstance(value, tuple) else str(value)
+
+
+ROW = Command(
+    "advise",
+    place=70,
+    help="the best warp, partition, fit and map size",
+    description="Try the combinations on each input, measure them, and propose the best for a budget of texels or a wanted error.",
+    add_arguments=add_arguments,
+    work=advise_command,
+)

@@ -11,27 +11,58 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
+from typing import TYPE_CHECKING
 
-import bpy
 import numpy as np
 
-from ...blender.render_wish import RenderWish
-from ...blender.rendering import render
 from ...maths.view import Camera
 from ...pipeline.job import Job
-from ...pipeline.remote.renderer import RemoteRenderer
-from ...pipeline.renderer import Renderer
 from ...studies.outputs import write_json
 from ...studies.run import renderer
 from ...studies.terminal import complain
+from ..argument_types import positive
+from ..command import Command
+from ..shared_arguments import SECTIONS, add_inputs, add_method, add_reporting, add_view
 
 try:
     from ...pipeline import bare_passes
 except ImportError:  # the package leaves them out
     bare_passes = None
 
+if TYPE_CHECKING:
+    import bpy
+
+    from ...blender.render_wish import RenderWish
+    from ...pipeline.remote.renderer import RemoteRenderer
+    from ...pipeline.renderer import Renderer
+
 LEFT_OUT = "bare passes: left out, they come with the source only; from a checkout ./dev bench times them too"
 ORBIT_STEP_RAD = np.radians(1.0)
+RIVALS = ("workbench", "cycles", "eevee")
+EXAMPLE_TRIANGLES = 1_000_000
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Everything about a picture, frames and rivals; without an input the example is drawn."""
+    add_inputs(parser)
+    parser.set_defaults(example=EXAMPLE_TRIANGLES)
+    add_reporting(parser)
+    add_view(parser)
+    add_method(parser, *SECTIONS)
+    group = parser.add_argument_group("benchmark")
+    group.add_argument("--frames", type=positive, default=7, metavar="N", help="frames that count, one more warms up (default 7)")
+    group.add_argument(
+        "--rivals", type=rival_list, default=(), metavar="NAME[,NAME…]", help=f"Blender's engines to time too: {', '.join(RIVALS)}"
+    )
+
+
+def rival_list(text: str) -> tuple[str, ...]:
+    """Comma-separated names of Blender's engines."""
+    names = tuple(name.strip() for name in text.split(","))
+    unknown = [name for name in names if name not in RIVALS]
+    if unknown:
+        raise argparse.ArgumentTypeError(f"unknown rival '{unknown[0]}': choose from {', '.join(RIVALS)}")
+    return names
 
 
 def cameras(job: Job, frames: int) -> list[Camera]:
@@ -89,6 +120,8 @@ def _own_times(job: Job, renderer: Renderer | RemoteRenderer) -> dict[str, float
 
 def _rival_time(scene: bpy.types.Scene, rival: str, job: Job, camera: Camera) -> float:
     """Milliseconds of one render of Blender's own engine, the camera moved first."""
+    import bpy
+
     engines = {"workbench": ("BLENDER_WORKBENCH",), "cycles": ("CYCLES",), "eevee": ("BLENDER_EEVEE_NEXT", "BLENDER_EEVEE")}
     _prepare_rival(scene, rival, engines[rival], job.size)
     _place_camera(scene, camera, job.scene.origin_ws)
@@ -111,6 +144,7 @@ def _prepare_rival(scene: bpy.types.Scene, rival: str, engines: tuple[str, ...],
 
 def _place_camera(scene: bpy.types.Scene, camera: Camera, origin_ws: np.ndarray) -> None:
     """Put the scene's camera (made if there is none) where `camera` is."""
+    import bpy
     from mathutils import Matrix
 
     ob = scene.camera
@@ -139,6 +173,8 @@ def text_table(result: dict[str, object]) -> str:
 
 def bench_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Time frames of a moving camera; one camera sample a pixel unless asked otherwise, as in a live view."""
+    from ...blender.rendering import render
+
     if "option_samples" not in args:
         wish.settings = wish.settings.replaced(shading={"samples": 1})
     outcome = render(scene, wish)
@@ -154,3 +190,13 @@ def bench_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: ar
     if args.output:
         write_json(stem.with_name(f"{stem.name}_bench.json"), report)
     return report, text_table(result)
+
+
+ROW = Command(
+    "bench",
+    place=80,
+    help="frame times, beside the bare passes and Blender's engines",
+    description="Move the camera, time every frame, interleaved with the rivals; ratios of medians are what counts.",
+    add_arguments=add_arguments,
+    work=bench_command,
+)

@@ -6,23 +6,70 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from datetime import date
 from math import radians
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
-import bpy
 import numpy as np
 
-from ...blender.render_wish import RenderWish
-from ...blender.rendering import render
-from ...blender.snapshot import choose_light
 from ...images.whole import check_picture
 from ...maths.sun import Clock, Place, nautical_offset_h
 from ...scene.asked_view import LightMaker
 from ...studies.outputs import write_json, written
 from ...studies.run import Outcome
-from ...studies.sun.moments import Moment, moments
-from ..batch.sheet import read_picture, write_sheet
+from ...studies.sun.moments import DEFAULT_STEPS, Moment, clock_hours, moments
+from ..argument_types import between, positive
+from ..command import Command
+from ..shared_arguments import SECTIONS, add_batch, add_inputs, add_method, add_reporting, add_view
+
+if TYPE_CHECKING:
+    import bpy
+
+    from ...blender.render_wish import RenderWish
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A sky, and everything about a picture but its light."""
+    add_sun(parser)
+    add_inputs(parser)
+    add_reporting(parser)
+    add_view(parser, has_light_direction=False)
+    add_method(parser, *SECTIONS)
+    add_batch(parser)
+
+
+def add_sun(parser: argparse.ArgumentParser) -> None:
+    """Place, day and hours of a sun study."""
+    group = parser.add_argument_group("sun")
+    group.add_argument(
+        "--latitude", type=between(-90, 90), required=True, metavar="DEG", help="degrees north of the equator, negative southwards"
+    )
+    group.add_argument(
+        "--longitude", type=between(-180, 180), required=True, metavar="DEG", help="degrees east of Greenwich, negative westwards"
+    )
+    group.add_argument("--date", type=date.fromisoformat, required=True, metavar="YYYY-MM-DD", help="the day")
+    group.add_argument("--from", dest="start", type=clock_hours, metavar="HH:MM", help="first picture (default: sunrise)")
+    group.add_argument("--to", dest="end", type=clock_hours, metavar="HH:MM", help="last picture (default: sunset)")
+    group.add_argument(
+        "--steps", type=positive, default=DEFAULT_STEPS, metavar="N", help=f"pictures, evenly spaced (default {DEFAULT_STEPS})"
+    )
+    group.add_argument(
+        "--utc-offset",
+        type=between(-24, 24),
+        metavar="HOURS",
+        help="hours the clock is ahead of universal time (default: the longitude's time zone, without summer time)",
+    )
+    group.add_argument(
+        "--north-offset",
+        type=between(-360, 360),
+        default=0.0,
+        metavar="DEG",
+        help="from +Y to north, clockwise seen from above (default 0)",
+    )
+    group.add_argument("--columns", type=positive, metavar="N", help="pictures per row; 1 row with N = steps (default: about square)")
+    group.add_argument("--pictures", action="store_true", help="also every picture by itself")
 
 
 def sky(args: argparse.Namespace) -> tuple[Clock, Place]:
@@ -31,8 +78,10 @@ def sky(args: argparse.Namespace) -> tuple[Clock, Place]:
     return Clock(args.date, nautical_offset_h(place.longitude_rad) if args.utc_offset is None else args.utc_offset), place
 
 
-def sun_study_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def sun_study(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render every moment, write the sheet and the report: that of the highest sun, and the moments with the share of what is seen lit."""
+    from ..batch.sheet import read_picture, write_sheet
+
     clock, place = sky(args)
     day = moments(clock, place, args.start, args.end, args.steps)
     pictures, rows, reports = [], [], []
@@ -70,6 +119,8 @@ def _folder(stem: Path, is_kept: bool) -> Iterator[Path]:
 
 
 def _render(scene: bpy.types.Scene, wish: RenderWish, now: Moment, path: Path) -> Outcome:
+    from ...blender.rendering import render
+
     asked = replace(wish, light=_sun(wish.light, now), settings=now.settings(wish.settings))
     with written(path, check_picture) as temporary:
         return render(scene, asked, temporary)
@@ -77,6 +128,8 @@ def _render(scene: bpy.types.Scene, wish: RenderWish, now: Moment, path: Path) -
 
 def _sun(maker: LightMaker | None, now: Moment) -> LightMaker:
     """The moment's sun in the colour of the light asked for, else of the scene's."""
+    from ...blender.snapshot import choose_light
+
     return lambda scene, camera: now.light(maker(scene, camera) if maker else choose_light(scene.lights))
 
 
@@ -87,3 +140,13 @@ def lit_share(outcome: Outcome, now: Moment) -> float | None:
     if not seen.any():
         return None
     return float(passes["shadow"][seen].mean()) if now.is_up else 0.0
+
+
+ROW = Command(
+    "sun-study",
+    place=40,
+    help="the shadows of a day",
+    description="Render each input under the sun of several times of a day, on one sheet.",
+    add_arguments=add_arguments,
+    work=sun_study,
+)

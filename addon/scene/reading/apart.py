@@ -13,6 +13,7 @@ from pathlib import Path
 from threading import Lock, Thread, Timer
 
 from ...errors import CadFileError, Cancelled
+from ..cad.formats import BY_SUFFIX
 from ..cad.sniff import checked_path
 from ..cad_model import CadModel
 from ..plain_text import shown, shown_name
@@ -30,7 +31,7 @@ class Reading:
 
     def __init__(self, path: str | Path, units: str | None = None, up: str | None = None, limits: Limits | None = None) -> None:
         """Start. Raises `CadFileError` for what is no such file, and when no process can be started."""
-        self.path, self._limits = checked_path(path), limits or chosen()
+        self.path, self._limits = checked_path(path, BY_SUFFIX), limits or chosen()
         self._future: Future[CadModel] = Future()
         self._lock, self._why_ended, self._since = Lock(), "", time.monotonic()
         try:

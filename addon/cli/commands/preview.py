@@ -1,14 +1,11 @@
-"""`preview`, `analyse`, `compare`: one picture, written and reported."""
+"""`preview`: one picture of each input, its passes written and reported."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import bpy
-
-from ...blender.render_wish import RenderWish
-from ...blender.rendering import render
 from ...images.png import encode_png
 from ...images.whole import check_picture
 from ...pipeline.render_passes import USUAL_PASSES
@@ -16,12 +13,34 @@ from ...studies.light_view import SIZE as LIGHT_VIEW_SIZE
 from ...studies.light_view import light_picture
 from ...studies.outputs import write_bytes, write_json, write_npz, write_pass, written
 from ...studies.run import Outcome
-from ...studies.truth.against import against_truth, sentence
-from ...studies.truth.compare import COMPARED_PASSES
+from ..command import Command
+from ..shared_arguments import SECTIONS, add_batch, add_inputs, add_method, add_passes, add_reporting, add_view
+
+if TYPE_CHECKING:
+    import bpy
+
+    from ...blender.render_wish import RenderWish
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Everything about a picture."""
+    add_inputs(parser)
+    add_reporting(parser)
+    add_view(parser)
+    add_method(parser, *SECTIONS)
+    add_batch(parser)
+    add_passes(parser)
+    parser.add_argument(
+        "--light-view",
+        action="store_true",
+        help="also what the light sees: surfaces in the colour of their shadow map, outlines of maps and view",
+    )
 
 
 def preview(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Render and write the passes and the report."""
+    from ...blender.rendering import render
+
     wanted = args.passes or (USUAL_PASSES if args.format == "npz" else ("combined",))
     wish.passes = wanted
     written_files = []
@@ -53,30 +72,11 @@ def write_data(outcome: Outcome, stem: Path, wanted: tuple[str, ...], kind: str)
     return [path.name for path in paths.values()]
 
 
-def analyse(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
-    """Render without a picture; the report is written where --output or --report say."""
-    outcome = render(scene, wish)
-    if args.output:
-        write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
-    return outcome.report, summary(outcome.report)
-
-
-def summary(report: dict[str, object]) -> str:
-    """The report in a line."""
-    measured = report["measured"]
-    if not measured or measured["m_max"] is None:
-        return "nothing measured: no lit surface in view"
-    share = 100.0 * measured["share_above_1"]
-    return (
-        f"m median {measured['m_median']:.3g}, 95 % {measured['m_p95']:.3g}, max {measured['m_max']:.3g}; {share:.1f} % of pixels above 1"
-    )
-
-
-def compare_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
-    """Render, trace rays through the same pixel centres, count the differences."""
-    wish.passes = COMPARED_PASSES
-    outcome = render(scene, wish)
-    difference = against_truth(outcome)
-    write_bytes(stem.with_name(f"{stem.name}_difference.png"), encode_png(difference))
-    write_json(stem.with_name(f"{stem.name}_report.json"), outcome.report)
-    return outcome.report, sentence(outcome.report["truth"])
+ROW = Command(
+    "preview",
+    place=10,
+    help="render the inputs",
+    description="Render each input and write its passes and its report.",
+    add_arguments=add_arguments,
+    work=preview,
+)

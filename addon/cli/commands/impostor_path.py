@@ -1,4 +1,4 @@
-"""`impostor`: capture and write. `impostor-path`: the life of impostors along a path. Scenes are read through Blender's render."""
+"""`impostor-path`: the life of impostors along a camera path, against direct rendering."""
 
 from __future__ import annotations
 
@@ -6,71 +6,71 @@ import argparse
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import bpy
 import numpy as np
 
-from ...blender.impostors.chosen import ChosenImpostors
-from ...blender.impostors.plane import write_plane
-from ...blender.render_wish import RenderWish
-from ...blender.rendering import animated, read
-from ...errors import UserError
 from ...images.png import encode_png
 from ...images.srgb import srgb
-from ...pipeline.impostors.baked import BakedImpostor
 from ...pipeline.job import Job
 from ...scene.plain_text import shown_name
-from ...studies.impostors.asked import baked, choice_for
-from ...studies.impostors.files import unique_names, write_impostor
+from ...studies.impostors.asked import choice_for
 from ...studies.impostors.path import PathFrame, csv_text, orbit, summaries, walk
 from ...studies.outputs import write_bytes, write_json
 from ...studies.report import head_of
 from ...studies.terminal import complain
+from ..argument_types import finite, positive
+from ..command import Command
+from ..shared_arguments import SECTIONS, add_inputs, add_method, add_reporting, add_view
+from .impostor import add_objects
 
-MIB = 1 << 20
+if TYPE_CHECKING:
+    import bpy
+
+    from ...blender.impostors.chosen import ChosenImpostors
+    from ...blender.render_wish import RenderWish
+
 TOLD_EVERY = 10
 
 
-def impostor_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
-    """Capture from the view; images, JSON and, if asked for, a plane per impostor. One that fails stops no other."""
-    chosen = ChosenImpostors.of(args.objects, stem.name)
-    job = read(scene, replace(wish, marked=chosen.holders))
-    groups = chosen.some(job.scene)
-    entries, errors, done, gl = [], [], [], {}
-    names = [stem.with_name(f"{stem.name}_{name}") for name in unique_names([group.name for group in groups])]
-    if len(groups) == 1 and groups[0].key.kind == "scene":
-        names = [stem.with_name(f"{stem.name}_impostor")]
-    for path, result in zip(names, baked(job, groups, args.unlit), strict=True):
-        if isinstance(result, UserError):
-            errors.append(str(result))
-            continue
-        entry, files = write_impostor(path, result, job.scene, args.format)
-        if args.plane:
-            files.append(write_plane(path.with_name(f"{path.name}.blend"), result, entry))
-        entries.append({**entry, "json": f"{path.name}.json"})
-        done.append(_line(result, files))
-        gl = result.gl
-    errors += chosen.missing(groups)
-    report = {
-        **head_of(job.name, gl, job.settings),
-        "impostors": entries,
-        "warnings": list(job.warnings),
-        "errors": errors,
-    }
-    write_json(stem.with_name(f"{stem.name}_report.json"), report)
-    return report, "\n".join(done)
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A path, objects, everything about a picture."""
+    add_path(parser)
+    add_objects(parser)
+    add_inputs(parser)
+    add_reporting(parser)
+    add_view(parser)
+    add_method(parser, *SECTIONS)
 
 
-def _line(result: BakedImpostor, files: list[Path]) -> str:
-    frame = result.frame
-    return (
-        f"{shown_name(result.name)}: {result.triangles:,} triangles in {frame.width}×{frame.height} texels, {result.bytes / MIB:.1f} MiB, "
-        f"wrote {next(path.name for path in files if path.suffix == '.json')} and {len(files) - 1} more files"
-    )
+def add_path(parser: argparse.ArgumentParser) -> None:
+    """Where the camera goes."""
+    group = parser.add_argument_group("path")
+    group.add_argument("--from-frame", type=int, metavar="A", help="first frame of the scene's animation")
+    group.add_argument("--to-frame", type=int, metavar="B", help="last frame of the scene's animation")
+    group.add_argument("--orbit", type=finite, metavar="DEG", help="turn the camera by so many degrees about the impostors' vertical axis")
+    group.add_argument("--steps", type=positive, metavar="N", help="steps of the orbit (default: one per degree)")
+    group.add_argument("--pictures", action="store_true", help="also the picture of every frame, drawn with impostors")
 
 
-def path_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
+def path_mistake(args: argparse.Namespace) -> str | None:
+    """What is wrong with a path's arguments together; None when it is clear where the camera goes."""
+    frames = (args.from_frame, args.to_frame)
+    if (args.orbit is None) == (frames == (None, None)):
+        return "say where the camera goes: --orbit DEG [--steps N], or --from-frame A --to-frame B"
+    if args.orbit is not None:
+        return None if 0.0 < abs(args.orbit) <= 3600.0 else "--orbit takes up to 3600 degrees, not 0"
+    if None in frames:
+        return "--from-frame and --to-frame belong together"
+    if args.steps is not None:
+        return "--steps belongs to --orbit"
+    return None if frames[0] <= frames[1] else "the last frame comes before the first"
+
+
+def impostor_path(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Run the path; the CSV, the report and, if asked for, the pictures. Break-even counts only if asked for, as all is measured anyway."""
+    from ...blender.impostors.chosen import ChosenImpostors
+
     if "option_impostor_break_even" not in args:
         wish.settings = wish.settings.replaced(impostor={"break_even": False})
     chosen = ChosenImpostors.of(args.objects, stem.name)
@@ -80,6 +80,8 @@ def path_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: arg
 def _walked(
     scene: bpy.types.Scene, wish: RenderWish, chosen: ChosenImpostors, stem: Path, args: argparse.Namespace
 ) -> tuple[dict[str, object], str]:
+    from ...blender.rendering import animated, read
+
     first = read(scene, wish)
     groups = chosen.some(first.scene)
     if args.orbit is not None:
@@ -135,3 +137,14 @@ def _teller(pictures: Path | None, is_quiet: bool) -> Callable[[PathFrame], None
             write_bytes(pictures.with_name(f"{pictures.name}_path_{frame.index:04d}.png"), encode_png(picture))
 
     return tell
+
+
+ROW = Command(
+    "impostor-path",
+    place=60,
+    help="impostors along a camera path, against direct rendering",
+    description="Run the life of impostors along a camera path: stages, predicted errors, measured errors; as CSV and in the report.",
+    add_arguments=add_arguments,
+    work=impostor_path,
+    mistake=path_mistake,
+)
