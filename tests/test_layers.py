@@ -41,7 +41,7 @@ FLOORS = {
     " < __init__",
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
-    "addon/operators": "ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
+    "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
     " < bake bare_passes remote < __init__",
     "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 
 class Registrable(Protocol):
@@ -14,6 +15,41 @@ class Registrable(Protocol):
 
     def unregister(self) -> None:
         """Detach it."""
+
+
+@dataclass(frozen=True, eq=False)
+class BlenderClass:
+    """An operator, a panel, …: a class that Blender knows while it is attached."""
+
+    cls: type
+
+    def register(self) -> None:
+        """Tell Blender."""
+        import bpy
+
+        bpy.utils.register_class(self.cls)
+
+    def unregister(self) -> None:
+        """Blender forgets it."""
+        import bpy
+
+        bpy.utils.unregister_class(self.cls)
+
+
+@dataclass(frozen=True, eq=False)
+class Appended:
+    """What a menu or panel also draws, after its own."""
+
+    to: Any
+    draw: Callable[[Any, Any], None]
+
+    def register(self) -> None:
+        """Draw it from now on."""
+        self.to.append(self.draw)
+
+    def unregister(self) -> None:
+        """No more."""
+        self.to.remove(self.draw)
 
 
 def attach(parts: Sequence[Registrable]) -> None:

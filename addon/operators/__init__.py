@@ -1,44 +1,21 @@
-"""The operators, `bpy.ops.cad_shadow.*`, and their places in Blender's menus. One verb per file."""
+"""The operators, `bpy.ops.cad_shadow.*`, and their places in Blender's menus and the panels. A module here for each, with its `ROW`
+(`row.py`).
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
 
 import bpy
 
-from . import (
-    advise,
-    analyse,
-    animate_sun,
-    background,
-    cameras,
-    compare,
-    export_report,
-    import_cad,
-    impostor_export,
-    impostor_report,
-    impostors,
-    light_view,
-    place_sun,
-    preview,
-    sun_study,
-    ticking,
-)
+from ..blender.panels.settings import SECTIONS, panels_of
+from ..blender.registering import Appended, BlenderClass, Registrable, attach, detach
+from ..maths.tables import rows_of
+from ..scene.reading import process
+from . import background, ticking
+from .row import OperatorRow
 
-_parts = (preview, analyse, compare, light_view, sun_study, advise, export_report)
-_in_panels_only = (
-    *advise.ALSO,
-    *cameras.OPERATORS,
-    place_sun.OPERATOR,
-    animate_sun.OPERATOR,
-    *impostors.OPERATORS,
-    *impostor_report.OPERATORS,
-    *impostor_export.OPERATORS,
-)
-
-
-_groups = (
-    tuple(part.OPERATOR for part in _parts) + advise.ALSO,
-    cameras.OPERATORS,
-    (place_sun.OPERATOR, animate_sun.OPERATOR),
-    (*impostors.OPERATORS, *impostor_report.OPERATORS, *impostor_export.OPERATORS),
-)
+OPERATORS: dict[str, OperatorRow] = rows_of(__name__, __path__)
 
 
 class CAD_SHADOW_MT_render(bpy.types.Menu):
@@ -51,10 +28,11 @@ class CAD_SHADOW_MT_render(bpy.types.Menu):
         """All operators, in groups."""
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
-        for i, group in enumerate(_groups):
+        listed = [row for row in OPERATORS.values() if row.group]
+        for i, (_, rows) in enumerate(groupby(listed, key=lambda row: row.group)):
             if i:
                 layout.separator()
-            for operator in group:
+            for operator in (operator for row in rows for operator in row.operators):
                 layout.operator(operator.bl_idname)
 
 
@@ -63,25 +41,39 @@ def _draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.menu(CAD_SHADOW_MT_render.bl_idname)
 
 
+def _entries(row: OperatorRow) -> list[Appended]:
+    """What the row draws in menus and panels that are not its own."""
+    entries = [Appended(getattr(bpy.types, menu), draw) for menu, draw in row.entries]
+    if row.section:
+        section = next(section for section in SECTIONS if section.key == row.section)
+        entries += [Appended(panel, lambda self, _context: row.draw_buttons(self.layout)) for panel in panels_of(section)]
+    return entries
+
+
+def _parts() -> tuple[Registrable, ...]:
+    return (
+        *(BlenderClass(cls) for row in OPERATORS.values() for cls in row.classes),
+        BlenderClass(CAD_SHADOW_MT_render),
+        Appended(bpy.types.TOPBAR_MT_render, _draw_menu),
+        *(entry for row in OPERATORS.values() for entry in _entries(row)),
+    )
+
+
+_attached: list[Registrable] = []
+
+
 def register() -> None:
     """Offer the operators."""
-    for part in _parts:
-        bpy.utils.register_class(part.OPERATOR)
-    for operator in _in_panels_only:
-        bpy.utils.register_class(operator)
-    bpy.utils.register_class(CAD_SHADOW_MT_render)
-    bpy.types.TOPBAR_MT_render.append(_draw_menu)
-    import_cad.register()
+    parts = _parts()
+    attach(parts)
+    _attached[:] = parts
 
 
 def unregister() -> None:
     """End those at work and remove the operators."""
     ticking.end_all(bpy.context)
     background.end_threads()
-    import_cad.unregister()
-    bpy.types.TOPBAR_MT_render.remove(_draw_menu)
-    bpy.utils.unregister_class(CAD_SHADOW_MT_render)
-    for operator in _in_panels_only:
-        bpy.utils.unregister_class(operator)
-    for part in reversed(_parts):
-        bpy.utils.unregister_class(part.OPERATOR)
+    process.shutdown()
+    parts = list(_attached)
+    _attached.clear()
+    detach(parts)

@@ -1,4 +1,4 @@
-"""`cad_shadow.advise`: search the best combination for this view or animation; `cad_shadow.apply_advice` writes it into the settings."""
+"""`cad_shadow.advise`: search the best combination for this view or animation."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from functools import partial
 import bpy
 
 from ..blender import session, sources
-from ..blender.properties import store
 from ..blender.snapshot import camera_from_object
 from ..errors import Cancelled, UserError
 from ..studies.advice import Advice, Goal, Shot, advice_report, advise
 from ..studies.advice.goal import MOST_FRAMES, picked_frames
 from ..studies.pending import Cancels, Chained, Pending, Progress
 from .background import JobOperator, OnThread, view_read
+from .row import OperatorRow
 
 MEBI = 2**20
 GOALS = (
@@ -153,27 +153,4 @@ class CAD_SHADOW_OT_advise(JobOperator, bpy.types.Operator):
             self.report({"INFO"}, note)
 
 
-class CAD_SHADOW_OT_apply_advice(bpy.types.Operator):
-    """Write the proposed warp, partition, fit and map size into the scene's settings"""
-
-    bl_idname = "cad_shadow.apply_advice"
-    bl_label = "Apply Advice"
-    bl_options = {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, _context: bpy.types.Context) -> bool:
-        """Grey until there is a proposal."""
-        advice = session.last_advice()
-        if advice is None or advice["proposal"] is None:
-            cls.poll_message_set("There is no proposal yet: press Advise first")
-            return False
-        return True
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        """Write it; a warp set by hand is given up."""
-        store(context.scene.cad_shadow, {"eta": None, "warp_parameter": None, **session.last_advice()["proposal"]["options"]})
-        return {"FINISHED"}
-
-
-OPERATOR = CAD_SHADOW_OT_advise
-ALSO = (CAD_SHADOW_OT_apply_advice,)
+ROW = OperatorRow("advise", 60, (CAD_SHADOW_OT_advise,), group="picture")

@@ -6,6 +6,7 @@ import bpy
 
 from ..studies.run import Outcome
 from .background import JobOperator
+from .row import OperatorRow
 
 
 class CAD_SHADOW_OT_analyse(JobOperator, bpy.types.Operator):
@@ -22,4 +23,4 @@ class CAD_SHADOW_OT_analyse(JobOperator, bpy.types.Operator):
             self.report({"INFO"}, f"95 % of the pixels have an error m below {measured['m_p95']:.2f} pixels per texel")
 
 
-OPERATOR = CAD_SHADOW_OT_analyse
+ROW = OperatorRow("analyse", 20, (CAD_SHADOW_OT_analyse,), group="picture")

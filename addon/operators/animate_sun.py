@@ -7,6 +7,7 @@ import bpy
 from ..blender.sun_properties import hours_of, sky_of
 from ..errors import UserError
 from ..studies.sun.moments import moments
+from .row import OperatorRow
 from .sun_object import find_or_make, turn
 
 
@@ -41,4 +42,4 @@ class CAD_SHADOW_OT_animate_sun(bpy.types.Operator):
         return {"FINISHED"}
 
 
-OPERATOR = CAD_SHADOW_OT_animate_sun
+ROW = OperatorRow("animate_sun", 220, (CAD_SHADOW_OT_animate_sun,), group="sun")

@@ -14,6 +14,7 @@ from ..scene.default_view import VIEWS, camera_for_view, depth_range
 from ..scene.records import Scene
 from ..studies.pending import Pending, ready
 from .background import JobOperator, view_read
+from .row import OperatorRow
 
 
 def free_viewport(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
@@ -100,4 +101,4 @@ class CAD_SHADOW_OT_frame_camera(SceneOperator, bpy.types.Operator):
         self.report({"INFO"}, f"{camera.name}: {degrees(data.angle_y):.3g}° high, near {wanted.near:.4g} m, far {wanted.far:.4g} m")
 
 
-OPERATORS = (CAD_SHADOW_OT_fit_clip, CAD_SHADOW_OT_frame_camera)
+ROW = OperatorRow("cameras", 110, (CAD_SHADOW_OT_fit_clip, CAD_SHADOW_OT_frame_camera), group="camera")

@@ -13,6 +13,7 @@ from ..pipeline.render_passes import ENGINE_PASSES
 from ..studies.pending import Cancels, Progress
 from ..studies.run import Outcome, run
 from .background import PictureOperator
+from .row import OperatorRow
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,4 +52,4 @@ class CAD_SHADOW_OT_compare(PictureOperator, bpy.types.Operator):
         self.report({"INFO"}, sentence(outcome.report["truth"]))
 
 
-OPERATOR = CAD_SHADOW_OT_compare
+ROW = OperatorRow("compare", 30, (CAD_SHADOW_OT_compare,), group="picture")

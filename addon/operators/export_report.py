@@ -10,6 +10,7 @@ from bpy_extras.io_utils import ExportHelper
 from ..blender import session
 from ..errors import UserError
 from ..studies import outputs
+from .row import OperatorRow
 
 
 class CAD_SHADOW_OT_export_report(ExportHelper, bpy.types.Operator):
@@ -41,4 +42,4 @@ class CAD_SHADOW_OT_export_report(ExportHelper, bpy.types.Operator):
         return {"FINISHED"}
 
 
-OPERATOR = CAD_SHADOW_OT_export_report
+ROW = OperatorRow("export_report", 70, (CAD_SHADOW_OT_export_report,), group="picture", section="export", icon="EXPORT")

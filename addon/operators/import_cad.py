@@ -16,7 +16,7 @@ from ..scene.cad.formats import FORMATS, SUFFIXES, said
 from ..scene.cad.units import METRES_PER_UNIT, UPS
 from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
-from ..scene.reading.process import shutdown
+from .row import OperatorRow
 from .ticking import Ticking, takes_operators
 
 POLL_S = 0.1
@@ -207,19 +207,4 @@ def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator(CAD_SHADOW_OT_import_cad.bl_idname, text=f"CAD: {said()}")
 
 
-_classes = (CAD_SHADOW_OT_import_cad, CAD_SHADOW_FH_import_cad)
-
-
-def register() -> None:
-    """Offer the operator, its menu entry and the drop."""
-    for cls in _classes:
-        bpy.utils.register_class(cls)
-    bpy.types.TOPBAR_MT_file_import.append(draw_menu)
-
-
-def unregister() -> None:
-    """Remove them, and end the process that reads."""
-    shutdown()
-    bpy.types.TOPBAR_MT_file_import.remove(draw_menu)
-    for cls in reversed(_classes):
-        bpy.utils.unregister_class(cls)
+ROW = OperatorRow("import_cad", 410, (CAD_SHADOW_OT_import_cad, CAD_SHADOW_FH_import_cad), entries=(("TOPBAR_MT_file_import", draw_menu),))

@@ -17,6 +17,7 @@ from ..studies.impostors.files import metadata, unique_names, write_impostor
 from ..studies.pending import Chained, Pending, ready
 from .background import JobOperator, view_read
 from .impostors import ACTIVE, ALL, HIDDEN, SELECTED, NeedsMarks, chosen_marks, is_one_of
+from .row import OperatorRow
 
 Baked = tuple[Job, list[BakedImpostor | UserError]]
 FORMATS = [
@@ -116,4 +117,4 @@ def _add(context: bpy.types.Context, plane: bpy.types.Object) -> None:
     plane.select_set(True)
 
 
-OPERATORS = (CAD_SHADOW_OT_impostor_export,)
+ROW = OperatorRow("impostor_export", 330, (CAD_SHADOW_OT_impostor_export,), group="impostors")

@@ -18,6 +18,7 @@ from ..studies.pending import Chained, Pending, ready
 from ..studies.run import Outcome, submit
 from .background import JobOperator, view_read
 from .impostors import HIDDEN, NeedsImpostors
+from .row import OperatorRow
 
 if TYPE_CHECKING:
     from ..pipeline.frame import ImpostorReport
@@ -97,4 +98,4 @@ def line(report: ImpostorReport) -> str:
     return f"{report.name}: {report.stage}{error}; {texts}"
 
 
-OPERATORS = (CAD_SHADOW_OT_impostor_report,)
+ROW = OperatorRow("impostor_report", 320, (CAD_SHADOW_OT_impostor_report,), group="impostors")

@@ -17,6 +17,7 @@ from ..scene.records import Mark
 from ..studies.pending import Pending
 from ..studies.run import Outcome, submit
 from .background import JobOperator, view_read
+from .row import OperatorRow
 
 ACTIVE = ("ACTIVE", "Chosen in the List", "The impostor chosen in the list")
 SELECTED = ("SELECTED", "Selected Objects", "The selected objects that are impostors")
@@ -196,4 +197,6 @@ def captured_anew(job: Job, chosen: set[tuple[str, int]] | None) -> Job:
     return replace(job, impostors=replace(choice, mode="manual", regenerate=keys))
 
 
-OPERATORS = (CAD_SHADOW_OT_impostor_create, CAD_SHADOW_OT_impostor_remove, CAD_SHADOW_OT_impostor_regenerate)
+ROW = OperatorRow(
+    "impostors", 310, (CAD_SHADOW_OT_impostor_create, CAD_SHADOW_OT_impostor_remove, CAD_SHADOW_OT_impostor_regenerate), group="impostors"
+)

@@ -12,6 +12,7 @@ from ..studies.light_view import SIZE, light_picture
 from ..studies.pending import Cancels, Progress
 from ..studies.run import Outcome, run
 from .background import PictureOperator
+from .row import OperatorRow
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,4 +39,4 @@ class CAD_SHADOW_OT_light_view(PictureOperator, bpy.types.Operator):
         """The picture says it all."""
 
 
-OPERATOR = CAD_SHADOW_OT_light_view
+ROW = OperatorRow("light_view", 40, (CAD_SHADOW_OT_light_view,), group="picture")

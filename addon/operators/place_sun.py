@@ -9,6 +9,7 @@ import bpy
 from ..blender.sun_properties import sky_of
 from ..errors import UserError
 from ..studies.sun.moments import moment
+from .row import OperatorRow
 from .sun_object import find_or_make, put
 
 
@@ -34,4 +35,4 @@ class CAD_SHADOW_OT_place_sun(bpy.types.Operator):
         return {"FINISHED"}
 
 
-OPERATOR = CAD_SHADOW_OT_place_sun
+ROW = OperatorRow("place_sun", 210, (CAD_SHADOW_OT_place_sun,), group="sun", section="sun", icon="LIGHT_SUN")

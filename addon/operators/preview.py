@@ -7,6 +7,7 @@ import bpy
 from ..blender import image_editor
 from ..studies.run import Outcome
 from .background import JobOperator
+from .row import OperatorRow
 
 
 class CAD_SHADOW_OT_preview(JobOperator, bpy.types.Operator):
@@ -22,4 +23,4 @@ class CAD_SHADOW_OT_preview(JobOperator, bpy.types.Operator):
         image_editor.show(context, image_editor.to_image(outcome.frame.passes["combined"], is_data=is_data))
 
 
-OPERATOR = CAD_SHADOW_OT_preview
+ROW = OperatorRow("preview", 10, (CAD_SHADOW_OT_preview,), group="picture")

@@ -11,6 +11,7 @@ from ..studies.pending import Pending
 from ..studies.sun.moments import moments
 from ..studies.sun.pictures import study
 from .background import JobOperator, on_thread
+from .row import OperatorRow
 
 IMAGE = f"{image_editor.NAME}: sun study"
 
@@ -34,4 +35,4 @@ class CAD_SHADOW_OT_sun_study(JobOperator, bpy.types.Operator):
         image_editor.show(context, image_editor.to_image(sheet, IMAGE))
 
 
-OPERATOR = CAD_SHADOW_OT_sun_study
+ROW = OperatorRow("sun_study", 50, (CAD_SHADOW_OT_sun_study,), group="picture")

@@ -25,7 +25,6 @@ def draw_sun(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     value = row.row()
     value.active = sun.use_utc_offset
     value.prop(sun, "utc_offset", text="")
-    layout.operator("cad_shadow.place_sun", icon="LIGHT_SUN")
 
 
 def draw_sun_study(self: bpy.types.Panel, context: bpy.types.Context) -> None:

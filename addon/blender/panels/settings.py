@@ -115,9 +115,8 @@ def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     draw_option(layout, props, "light_strength")
 
 
-def draw_export(self: bpy.types.Panel, _context: bpy.types.Context) -> None:
-    """Writing what was made."""
-    self.layout.operator("cad_shadow.export_report", icon="EXPORT")
+def draw_nothing(_self: bpy.types.Panel, _context: bpy.types.Context) -> None:
+    """A section that has only the buttons of its operators."""
 
 
 @dataclass(frozen=True)
@@ -159,7 +158,7 @@ SECTIONS = (
     Section("impostors_capture", "Capture", draw_options(*CAPTURE), "impostors", True),
     Section("impostors_life", "Life Cycle", draw_options(*LIFE), "impostors", True),
     Section("impostors_keep", "Keep", draw_impostor_export, "impostors", True),
-    Section("export", "Export", draw_export, closed=True),
+    Section("export", "Export", draw_nothing, closed=True),
 )
 ORDER_OF_QUALITY = 2 * [section.key for section in SECTIONS].index("impostors") - 1  # the panels of quality.py, advice.py
 
@@ -208,7 +207,13 @@ def render_panel(section: Section) -> type[bpy.types.Panel]:
 
 
 MENUS = tuple(_menu(name) for name in ("warp", "partition"))
-CLASSES = MENUS + tuple(make(section) for make in (sidebar_panel, render_panel) for section in SECTIONS)
+PANELS = {(make, section): make(section) for make in (sidebar_panel, render_panel) for section in SECTIONS}
+CLASSES = MENUS + tuple(PANELS.values())
+
+
+def panels_of(section: Section) -> list[type[bpy.types.Panel]]:
+    """The panels that show a section."""
+    return [panel for (_, shown), panel in PANELS.items() if shown is section]
 
 
 def register() -> None:
