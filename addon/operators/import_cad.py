@@ -16,6 +16,7 @@ from ..scene.cad.formats import FORMATS, SUFFIXES, said
 from ..scene.cad.units import METRES_PER_UNIT, UPS
 from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
+from ..scene.reading.process import shutdown
 from .row import OperatorRow
 from .ticking import Ticking, takes_operators
 
