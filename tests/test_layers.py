@@ -20,7 +20,7 @@ ADDON = ROOT / "addon"
 FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
-    "addon/blender": "cad_materials changes clip_range own_images preferences redraw registering render_wish snapshot textures"
+    "addon/blender": "cad_materials changes clip_range lettering own_images preferences redraw registering render_wish snapshot textures"
     " < cad_import sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session"
     " < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
@@ -70,7 +70,7 @@ MOST_ROOMS = 14  # at the top of addon/, shaders/ among them
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60
 
-BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "gpu_extras", "blf", "bmesh", "addon_utils", "bl_ui", "rna_prop_ui"}
+BLENDER = {"bpy", "bpy_extras", "mathutils", "gpu", "gpu_extras", "blf", "imbuf", "bmesh", "addon_utils", "bl_ui", "rna_prop_ui"}
 WITH_BLENDER = {"blender", "operators", "api", "cli", "__init__", "__main__"}
 BLENDERS_BVH = "addon/studies/truth/backends.py"  # asks for mathutils only where embreex is not there
 NUMPY_ONLY = {"errors", "images", "maths", "settings"}

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import ceil, sqrt
 
 import numpy as np
 
-from .lettering import HEIGHT, WIDTH, draw_text, printable
+from .lettering import lines
 
 GAP = 8
 PAPER, INK = 0.12, 0.92
 TILE = (480, 360)
+Lines = Callable[[Sequence[str], int], list[np.ndarray]]  # coverage 0…1 of each text, none wider than so many pixels
 
 
 def shrunk(picture: np.ndarray, height: int, width: int) -> np.ndarray:
@@ -38,11 +39,16 @@ def fitted(picture: np.ndarray, tile: tuple[int, int]) -> np.ndarray:
 
 
 def contact_sheet(
-    pictures: Sequence[np.ndarray], captions: Sequence[str], columns: int | None = None, tile: tuple[int, int] = TILE
+    pictures: Sequence[np.ndarray],
+    captions: Sequence[str],
+    columns: int | None = None,
+    tile: tuple[int, int] = TILE,
+    written: Lines = lines,
 ) -> np.ndarray:
     """(h, w, 4) float32 sheet, opaque, of (h, w, 3 | 4) float pictures in reading order, each in the middle of a tile.
 
-    `columns` by default makes the sheet about square in tiles; captions too long for their tile are cut. Transparent parts show the paper.
+    `columns` by default makes the sheet about square in tiles. `written` letters the captions, those too long for their tile cut.
+    Transparent parts show the paper.
     """
     if not pictures or len(pictures) != len(captions):
         raise ValueError("a contact sheet takes one caption per picture, and at least one picture")
@@ -50,14 +56,15 @@ def contact_sheet(
     cell_h, cell_w = max(p.shape[0] for p in small), max(p.shape[1] for p in small)
     columns = min(columns or ceil(sqrt(len(small))), len(small))
     rows = ceil(len(small) / columns)
-    step_y, step_x = cell_h + HEIGHT + 2 * GAP, cell_w + GAP
+    texts = written(captions, cell_w)
+    step_y, step_x = cell_h + max(text.shape[0] for text in texts) + 2 * GAP, cell_w + GAP
     sheet = np.full((GAP + rows * step_y, GAP + columns * step_x, 4), PAPER, np.float32)
     sheet[..., 3] = 1.0
-    for i, (picture, caption) in enumerate(zip(small, captions, strict=True)):
+    for i, (picture, text) in enumerate(zip(small, texts, strict=True)):
         top, left = GAP + i // columns * step_y, GAP + i % columns * step_x
         _paste(sheet, picture, top + (cell_h - picture.shape[0]) // 2, left + (cell_w - picture.shape[1]) // 2)
-        text = printable(caption)[: cell_w // (WIDTH + 1)]
-        draw_text(sheet, text, left + cell_w // 2, top + cell_h + GAP // 2, (INK, INK, INK, 1.0))
+        y, x = top + cell_h + GAP // 2, left + cell_w // 2 - text.shape[1] // 2
+        sheet[y : y + text.shape[0], x : x + text.shape[1], :3] += (INK - PAPER) * text[..., None]
     return sheet
 
 

@@ -1,8 +1,13 @@
-"""Small lettering for legends: a five by seven pixel face of this project's own, drawn into arrays."""
+"""Small lettering for legends: a five by seven pixel face of this project's own, drawn into arrays.
+
+It needs nothing and knows Latin letters without their marks. What Blender's own fonts write, which know every script, is in
+`blender/lettering.py`.
+"""
 
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -83,9 +88,15 @@ def lettered(text: str, scale: int = 1) -> np.ndarray:
 
 
 def printable(text: str) -> str:
-    """`text` in the characters there are: lower case, marks dropped, Greek and Cyrillic spelt in Latin letters; `?` for all others."""
+    """`text` in the characters there are: lower case, marks dropped, Greek and Cyrillic spelt in Latin letters; of all others the number
+    in Unicode, so that names stay apart: <914d>."""
     plain = unicodedata.normalize("NFKD", text.casefold().translate(_SPELT)).translate(_SPELT)
-    return "".join(char if char in _GLYPHS else "?" for char in plain if not unicodedata.combining(char))
+    return "".join(char if char in _GLYPHS else f"<{ord(char):x}>" for char in plain if not unicodedata.combining(char))
+
+
+def lines(texts: Sequence[str], width: int) -> list[np.ndarray]:
+    """(h, w) coverage 0…1 of each text in the characters there are, cut where it is wider than `width` pixels."""
+    return [lettered(printable(text)[: width // (WIDTH + 1)]).astype(np.float32) for text in texts]
 
 
 def draw_text(image: np.ndarray, text: str, centre_x: int, top: int, color: tuple[float, ...], scale: int = 1) -> None:

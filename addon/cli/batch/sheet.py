@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ...blender.lettering import lines
 from ...images.contact_sheet import contact_sheet
 from ...images.png import encode_png
 from ...images.srgb import srgb
@@ -19,7 +20,7 @@ EMPTY = np.full((90, 160, 3), 0.2, np.float32)
 
 def write_sheet(path: Path, pictures: list[np.ndarray], captions: list[str], columns: int | None = None) -> None:
     """Write pictures as displayed (0…1) with captions as one PNG; raises `OutputError`."""
-    sheet = contact_sheet(pictures, captions, columns)
+    sheet = contact_sheet(pictures, captions, columns, written=lines)
     write_bytes(path, encode_png(np.rint(np.clip(sheet[..., :3], 0.0, 1.0) * 255.0).astype(np.uint8)))
 
 
