@@ -131,7 +131,7 @@ def _image(made: Made, image: CadImage) -> bpy.types.Image | None:
     if image.path is not None:
         known = {one.as_pointer() for one in bpy.data.images}
         try:
-            loaded = bpy.data.images.load(str(image.path), check_existing=True)
+            loaded = bpy.data.images.load(image.path, check_existing=True)
         except RuntimeError:
             return None
         if loaded.as_pointer() not in known:

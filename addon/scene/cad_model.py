@@ -7,7 +7,6 @@ unit and axes have been applied to meshes and matrices, so no part carries an od
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -19,7 +18,7 @@ class CadImage:
     """A picture as the file has it, undecoded: a file beside the model (`path`), or the bytes of a PNG, JPEG or WebP within it (`data`)."""
 
     name: str
-    path: Path | None = None
+    path: str | None = None
     data: bytes | None = None
 
 

@@ -86,7 +86,7 @@ def _image(document: Document, reference: dict, owner: str, losses: Losses) -> C
         losses.add("picture{s} that are missing beside it", unquote(uri))
         return None
     note(path)
-    return CadImage(name, path=path)
+    return CadImage(name, path=str(path))
 
 
 def transformed_uvs(uvs: np.ndarray, reference: dict) -> np.ndarray:

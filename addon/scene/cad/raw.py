@@ -30,6 +30,7 @@ class RawNode:
     """A node of the tree: `parent` an earlier index or −1, `mesh` a key of `RawFile.meshes` or None, `matrix` (4, 4) or None (identity).
 
     `item` the light or camera that stands there, looking along −Z of the file's axes; `is_hidden` for a node that is not to be shown.
+    `product` and `mark` are the numbers that a STEP file has for the product shown and for its occurrence here.
     """
 
     name: str
@@ -38,6 +39,8 @@ class RawNode:
     matrix: np.ndarray | None = None
     item: CadLight | CadCamera | None = None
     is_hidden: bool = False
+    product: int | None = None
+    mark: int | None = None
 
 
 @dataclass(eq=False)
