@@ -1,5 +1,6 @@
 """glTF as its document says: names, materials by index, every accessor, modes, instances, lights, cameras; what is lost is said."""
 
+import io
 import math
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 from addon.errors import CadFileError
 from addon.scene import cad
 from addon.scene.cad_model import CadCamera, CadLight
+from addon.scene.reading import wire
 from tests.cad.gltf_writer import Gltf, box
 from tests.cad.measured import area, color_of, colors, names, world_triangles
 
@@ -384,3 +386,26 @@ def placed(nodes, i, points, triangles):
         points = v + 2 * np.cross(axis, np.cross(axis, v) + w * v) + move
         i = parent
     return (points @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]))[triangles]
+
+
+def test_pictures_lights_and_colours_come_through_the_reading_process(tmp_path):
+    (tmp_path / "rust.png").write_bytes(b"\x89PNG")
+    lights = [{"type": "spot", "intensity": 2}]
+    gltf = Gltf(extensions={"KHR_lights_punctual": {"lights": lights}}, images=[{"uri": "rust.png"}], textures=[{"source": 0}])
+    gltf.add("images", bufferView=gltf.view(b"\x89PNG within"), mimeType="image/png", name="within")
+    gltf.add("textures", source=1)
+    uvs, tint = gltf.accessor(np.eye(3, 2, dtype=np.float32)), gltf.accessor(np.eye(3, dtype=np.float32))
+    for i in range(2):
+        material = gltf.add("materials", pbrMetallicRoughness={"baseColorTexture": {"index": i}})
+        attributes = {"TEXCOORD_0": uvs, "COLOR_0": tint}
+        gltf.node(mesh=gltf.mesh(np.eye(3), [[0, 1, 2]], material=material, attributes=attributes), name=f"plate {i}")
+    gltf.node(name="lamp", extensions={"KHR_lights_punctual": {"light": 0}})
+    here, stream = read(tmp_path, gltf), io.BytesIO()
+    wire.send(stream, here)
+    stream.seek(0)
+    there = wire.receive(stream)
+    assert there.materials == here.materials
+    assert [m.image.path or m.image.data for m in there.materials] == [str(tmp_path / "rust.png"), b"\x89PNG within"]
+    assert [part.item for part in there.parts] == [part.item for part in here.parts]
+    for name in ("corner_colors", "corner_uvs"):
+        assert all(np.array_equal(getattr(a, name), getattr(b, name)) for a, b in zip(there.meshes, here.meshes, strict=True))

@@ -214,12 +214,14 @@ def test_assemblies_of_any_names_and_places_are_read_back_equal(tmp_path_factory
     step = Step(unit)
     top, wanted = step.product("top"), []
     shapes = [np.array(data.draw(st.tuples(*[st.integers(1, 9)] * 3)), float) for _ in range(2)]
-    products = [step.product(f"body {i}", step.box(shape)) for i, shape in enumerate(shapes)]
+    products = {}
     for _ in range(data.draw(st.integers(1, 5))):
         kind, name = data.draw(st.integers(0, 1)), data.draw(letters)
         at = np.array(data.draw(st.tuples(*[st.integers(-99, 99)] * 3)), float)
         x, y, z = np.eye(3)[list(data.draw(st.permutations(range(3))))]
         z = np.cross(x, y)
+        if kind not in products:
+            products[kind] = step.product(f"body {kind}", step.box(shapes[kind]))
         step.occurrence(top, products[kind], name, at=at, z=z, x=x)
         corners = np.array([at, at + np.stack([x, y, z], axis=1) @ shapes[kind]]) * scale
         wanted.append((name, np.sort(corners, axis=0)))

@@ -21,7 +21,7 @@ from .companions import companion
 from .gltf import read_glb_bytes
 from .losses import Losses
 from .raw import RawFile, RawNode
-from .step_shapes import far_products, lost_faces, shared, without_hidden
+from .step_shapes import far_products, lost_faces, shared, without_context_styles, without_hidden
 from .step_structure import OCCURRENCE, WANTED, Structure
 from .step_text import Statements, edited
 
@@ -35,7 +35,7 @@ def read_step(path: Path, above: tuple[Path, ...] = ()) -> RawFile:
     statements = Statements(path.read_bytes(), WANTED)
     structure, losses = Structure(statements), Losses()
     hidden, edits = Losses(), _marks(statements)
-    edits += without_hidden(statements, structure, losses)
+    edits += without_hidden(statements, structure, losses) + without_context_styles(statements, structure)
     offsets, extent_m, moves = far_products(statements, structure)
     raw = read_glb_bytes(_tessellated(edited(statements.data, edits + moves), path.name, tolerance_mm(extent_m)), path)
     _name(raw, structure, hidden)

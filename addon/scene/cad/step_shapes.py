@@ -29,6 +29,11 @@ def without_hidden(statements: Statements, structure: Structure, losses: Losses)
     return edits
 
 
+def without_context_styles(statements: Statements, structure: Structure) -> list[Edit]:
+    """Edits that take away the styles of single occurrences, which OpenCASCADE gives to all of them."""
+    return [(*statements.spans(number)[1], b"()") for number in structure.styled_in_context]
+
+
 def far_products(statements: Statements, structure: Structure) -> tuple[dict[int, np.ndarray], float, list[Edit]]:
     """Of products that lie far from their own origin how far (3,), metres; the extent of the largest product; the edits that move them.
 

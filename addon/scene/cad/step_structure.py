@@ -142,6 +142,11 @@ class Structure:
                 found[occurrence] = color
         return found
 
+    @cached_property
+    def styled_in_context(self) -> list[int]:
+        """The styled items that hold in one occurrence only."""
+        return sorted({number for number, occurrence, _, _ in self._styles() if occurrence is not None})
+
     def _color(self, roots: list[int]) -> tuple[float, float, float, float] | None:
         reached, color, alpha = sorted(self._s.reached(roots, frozenset({b"CURVE_STYLE"}))), None, 1.0
         for number in reached:
