@@ -20,6 +20,7 @@ from .gl.gl_raw import BufferTexture, raw_gl
 from .gl.programs import Programs
 from .passes.gbuffer import GBuffer
 from .passes.large_receivers import STEPS, LargePlanes, large_planes
+from .passes.samples import Mean
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps
 
@@ -44,18 +45,22 @@ class Device:
         self._idle_target = context.renderbuffer((1, 1))
         self._idle = context.framebuffer([self._idle_target])
 
-    def gbuffer(self, size: tuple[int, int]) -> GBuffer:
-        """The camera targets of that size."""
-        return self._keep("gbuffer", size, lambda: GBuffer(self.context, size))
+    def gbuffer(self, size: tuple[int, int], of: str = "pixels") -> GBuffer:
+        """The camera targets of that size; one for the pixels' centres, one for their 'samples'."""
+        return self._keep(f"gbuffer {of}", size, lambda: GBuffer(self.context, size))
 
     def shadow_maps(self, size: int, layers: int, test: ShadowTestChoice = PLAIN) -> ShadowMaps:
         """The shadow maps of that size and count, with what the test needs beside the depth."""
         key = (size, layers, test.kind, test.depths, test.has_outlines)
         return self._keep("shadow", key, lambda: ShadowMaps(self.context, size, layers, test))
 
-    def shade_target(self, size: tuple[int, int], data: bool) -> ShadeTarget:
-        """The picture's targets, with or without the data images."""
-        return self._keep(f"shade{int(data)}", size, lambda: ShadeTarget(self.context, size, data))
+    def shade_target(self, size: tuple[int, int], data: bool, of: str = "pixels") -> ShadeTarget:
+        """The picture's targets, with or without the data images; of the pixels' centres or their 'samples'."""
+        return self._keep(f"shade {of} {int(data)}", size, lambda: ShadeTarget(self.context, size, data))
+
+    def mean(self, size: tuple[int, int]) -> Mean:
+        """The picture that samples are added up in."""
+        return self._keep("mean", size, lambda: Mean(self.context, size))
 
     def triangles(self, linked: bool = False, normals: bool = False) -> dict[str, BufferTexture]:
         """The pools as buffer textures by sampler name: positions, indices, what lies across the edges if `linked`, and `normals`."""

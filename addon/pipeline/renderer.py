@@ -26,12 +26,14 @@ from .frame import Frame
 from .geometry.draw_list import DrawList
 from .gl.context import GpuWorker, shared_worker
 from .gl.gl_raw import finish
-from .gl.machine import check_picture
+from .gl.machine import check_picture, spare_bytes
 from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame, library_of
 from .impostors.shadows import casters_of
 from .job import Job
-from .passes.gbuffer import draw_gbuffer, surface_points_ws
+from .passes.gbuffer import GBuffer, draw_gbuffer, surface_points_ws
+from .passes.samples import pictures, regular_grid
+from .passes.shade import ShadeTarget
 from .passes.shadow import ShadowMaps, draw_shadow_maps
 from .render_passes import DATA_PASSES, made_passes
 from .render_passes.row import ShadedImages
@@ -98,7 +100,7 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     if choice is not None:
         library, samples = library_of(device, choice.fresh), job.settings.shading.samples
         impostors = library.update(job.scene, draw_list, job.camera, job.size, choice, samples)
-    _draw_surfaces(device, job, draw_list, job.camera, impostors)
+    _draw_surfaces(device, job, draw_list, job.camera, impostors, device.gbuffer(job.size))
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
     plan = _plan(device, job, scene_bounds)
@@ -115,9 +117,11 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     return replace(frame, timing_ms=dict(ticket.timing_ms))
 
 
-def _draw_surfaces(device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None) -> None:
+def _draw_surfaces(
+    device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, gbuffer: GBuffer
+) -> None:
     """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
-    gbuffer, rows = device.gbuffer(job.size), impostors.geometry_rows if impostors is not None else job.shown
+    rows = impostors.geometry_rows if impostors is not None else job.shown
     wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
     if wanted is not None and gbuffer.holds == wanted:
         return
@@ -185,46 +189,52 @@ def _shade(
     """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
     wants_data = _wants_data(job)
     samples = job.settings.shading.samples if "combined" in job.passes else 1
-    target = device.shade_target(job.size, wants_data)
-    holds_impostors = impostors is not None and bool(impostors.drawn)
+    data = combined = None
     if wants_data or samples == 1:
-        _shade_once(device, job, job.camera, draw_list, plan, target, holds_impostors)
-    data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
-    if samples == 1:
-        return (read_texture(target.textures[0]) if "combined" in job.passes else None), data
-    combined = np.zeros((job.size[1], job.size[0], 4), np.float32)
-    target = device.shade_target(job.size, False)
-    for i, camera in enumerate(_jittered(job.camera, job.size, samples)):
-        ticket.enter(0.7 + 0.25 * i / samples, "shade")
-        _draw_surfaces(device, job, draw_list, camera, impostors)
-        _shade_once(device, job, camera, draw_list, plan, target, holds_impostors)
-        combined += read_texture(target.textures[0])
-    return combined / np.float32(samples), data
+        target = device.shade_target(job.size, wants_data)
+        _shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
+        data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
+        combined = read_texture(target.textures[0]) if samples == 1 and "combined" in job.passes else None
+    if samples > 1:
+        combined = _mean_of_samples(device, job, draw_list, plan, impostors, ticket)
+    return combined, data
+
+
+def _mean_of_samples(
+    device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
+) -> np.ndarray:
+    """The combined image as the mean of several camera samples a pixel."""
+    offsets = regular_grid(job.settings.shading.samples)
+    shots = pictures(job.camera, job.size, offsets, device.context.info["GL_MAX_TEXTURE_SIZE"], spare_bytes(job.size, _wants_data(job)))
+    mean = device.mean(job.size)
+    mean.clear()
+    for i, (camera, side) in enumerate(shots):
+        ticket.enter(0.7 + 0.25 * i / len(shots), "shade")
+        size = job.size[0] * side, job.size[1] * side
+        gbuffer, target = device.gbuffer(size, "samples"), device.shade_target(size, False, "samples")
+        _draw_surfaces(device, job, draw_list, camera, impostors, gbuffer)
+        _shade_once(device, job, camera, draw_list, plan, target, gbuffer, impostors, side)
+        mean.add(device.programs, target.textures[0], side, len(offsets))
+    return read_texture(mean.target.textures[0])
 
 
 def _shade_once(
-    device: Device, job: Job, camera: Camera, draw_list: DrawList, plan: ShadowPlan | None, target: object, impostors: bool
+    device: Device,
+    job: Job,
+    camera: Camera,
+    draw_list: DrawList,
+    plan: ShadowPlan | None,
+    target: ShadeTarget,
+    gbuffer: GBuffer,
+    impostors: ImpostorFrame | None,
+    side: int = 1,
 ) -> None:
     maps = _shadow_maps(device, job, plan) if plan is not None else None
-    impostors = impostors and maps is not None
-    walks = impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
-    triangles = device.triangles(linked=walks, normals=impostors)
+    holds_impostors = impostors is not None and bool(impostors.drawn) and maps is not None
+    walks = holds_impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
+    triangles = device.triangles(linked=walks, normals=holds_impostors)
     large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
-    gbuffer = device.gbuffer(job.size)
-    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large, impostors)
-
-
-def _jittered(camera: Camera, size: tuple[int, int], samples: int) -> list[Camera]:
-    """The camera moved to the centres of a regular grid of sub-pixels (clip space, so that perspective and shift keep)."""
-    side = int(round(samples**0.5))
-    offsets = (np.arange(side) + 0.5) / side - 0.5
-    cameras = []
-    for dy in offsets:
-        for dx in offsets:
-            shift = np.eye(4)
-            shift[:2, 3] = -2.0 * dx / size[0], -2.0 * dy / size[1]
-            cameras.append(replace(camera, clip_from_view=shift @ camera.clip_from_view))
-    return cameras
+    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large, holds_impostors, side)
 
 
 def _frame(

@@ -1,9 +1,8 @@
-// What arrives at a surface and what the picture shows of it.
+// What arrives at a surface and what the picture shows of it: DISPLAY is the place in DISPLAYS of settings/groups.py.
 uniform vec4 u_light_color;      // rgb times strength; a: 1 = there is a light
 uniform vec4 u_spot;             // axis towards the light, cosine of the half angle; cosine 2 = no cone
 uniform float u_spot_blend;
 uniform vec4 u_ambient_sky, u_ambient_ground;
-uniform int u_display;           // DISPLAYS of settings/groups.py
 uniform vec3 u_error_colors[ERROR_COLORS], u_map_colors[MAX_MAPS], u_no_color;  // sRGB
 uniform vec2 u_error_scale;      // log2 m of the first and the last error colour
 
@@ -39,8 +38,13 @@ float data_shade(vec3 normal, float cosine, float light) {
 vec3 displayed(vec3 color, vec3 normal, vec3 light_ws, float light, vec3 errors, int map) {
     vec3 ambient = mix(u_ambient_ground.rgb, u_ambient_sky.rgb, 0.5 + 0.5 * normal.z);
     float cosine = max(dot(normal, light_ws), 0.0);
-    if (u_display == 1) return vec3(light);
-    if (u_display == 2) return linear_from_srgb(error_color(errors.x) * data_shade(normal, cosine, light));
-    if (u_display == 3) return linear_from_srgb(map_color(map) * data_shade(normal, cosine, light));
+#if DISPLAY == 1
+    return vec3(light);
+#elif DISPLAY == 2
+    return linear_from_srgb(error_color(errors.x) * data_shade(normal, cosine, light));
+#elif DISPLAY == 3
+    return linear_from_srgb(map_color(map) * data_shade(normal, cosine, light));
+#else
     return color * (ambient + u_light_color.rgb * (cosine * light));
+#endif
 }

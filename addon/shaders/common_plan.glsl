@@ -1,5 +1,8 @@
 // The shadow maps of one light and view: mirrors maths/shadow/lookup.py, which is the oracle of these functions.
 #include "common_log_warp.glsl"
+#ifndef ANY_LOG
+#define ANY_LOG 1   // 0: no map is logarithmic, and nothing is compiled for one
+#endif
 struct ShadowMap {
     mat4 clip_from_world;   // NDC after division: s, t, depth growing away from the light
     mat4 world_from_clip;
@@ -31,7 +34,7 @@ int map_index(vec3 x_ws, float view_depth) {
 vec4 project(int i, vec3 x_ws) {
     vec4 c = maps[i].clip_from_world * vec4(x_ws, 1.0);
     vec4 l = maps[i].log_warp;
-    if (l.w == 0.0) return vec4(c.xyz / c.w, c.w);
+    if (ANY_LOG == 0 || l.w == 0.0) return vec4(c.xyz / c.w, c.w);
     return vec4(l.z == 0.0 ? c.x : c.x / c.w, log_t(l, maps[i].log_linear.zw, c.w), c.z, c.w);
 }
 
@@ -39,7 +42,7 @@ vec4 project(int i, vec3 x_ws) {
 vec3 unproject(int i, vec3 q) {
     vec4 l = maps[i].log_warp;
     vec4 c = vec4(q, 1.0);
-    if (l.w != 0.0) {
+    if (ANY_LOG != 0 && l.w != 0.0) {
         float w = log_w(l, maps[i].log_linear.zw, q.y);
         c = vec4(l.z == 0.0 ? q.x : q.x * w, maps[i].log_linear.x * w + maps[i].log_linear.y, q.z, w);
     }
@@ -52,7 +55,7 @@ void texel_gradients(int i, vec4 q, out vec3 grad_s, out vec3 grad_t) {
     mat4 m = transpose(maps[i].clip_from_world);
     float half_size = 0.5 * u_map_size;
     vec4 l = maps[i].log_warp;
-    if (l.w == 0.0) {
+    if (ANY_LOG == 0 || l.w == 0.0) {
         grad_s = (m[0].xyz - q.x * m[3].xyz) * (half_size / q.w);
         grad_t = (m[1].xyz - q.y * m[3].xyz) * (half_size / q.w);
         return;

@@ -26,7 +26,7 @@ struct Receiver {
 // What world_from_clip takes at NDC (s, t, depth); see unproject.
 vec4 clip_at(int i, vec3 q) {
     vec4 l = maps[i].log_warp;
-    if (l.w == 0.0) return vec4(q, 1.0);
+    if (ANY_LOG == 0 || l.w == 0.0) return vec4(q, 1.0);
     float w = log_w(l, maps[i].log_linear.zw, q.y);
     return vec4(l.z == 0.0 ? q.x : q.x * w, maps[i].log_linear.x * w + maps[i].log_linear.y, q.z, w);
 }
@@ -83,7 +83,7 @@ Receiver receiver_at(int map, vec4 q, vec3 grad_s, vec3 grad_t, vec3 x_ws, vec3 
 // Change of clip_at from the receiver to NDC (s, t, depth).
 vec4 clip_offset(Receiver r, vec3 q) {
     vec3 d = q - r.q.xyz;
-    if (r.log_warp.w == 0.0) return vec4(d, 0.0);
+    if (ANY_LOG == 0 || r.log_warp.w == 0.0) return vec4(d, 0.0);
     float base = r.log_linear.z, slope = r.log_linear.w, grown = r.clip.w * (exp2(d.y / r.log_warp.x) - 1.0);
     float dw = grown * (base + slope * r.clip.w) / (base - slope * grown);
     return vec4(r.log_warp.z == 0.0 ? d.x : q.x * dw + d.x * r.clip.w, r.log_linear.x * dw, d.z, dw);

@@ -1,4 +1,5 @@
-// Deferred shading: surface from the G-buffer, light from the shadow maps, error from the warp's Jacobian. All places are relative to
+// Deferred shading of the pixels that have a surface: what is seen from the G-buffer, light from the shadow maps, error from the warp's
+// Jacobian. The depth test leaves out the others (background.frag). All places are relative to
 // u_origin, near what the camera sees, so that in a large world nothing large cancels.
 #include "common_octahedral.glsl"
 #include "common_instance.glsl"
@@ -18,7 +19,8 @@ uniform sampler2D u_normal;
 uniform usampler2D u_ids;
 uniform mat3 u_along_from_pixel;   // view ray per metre of view depth: M (x, y, 1), pixel coordinates from the bottom left
 uniform mat3 u_start_from_pixel;   // world point at view depth 0
-uniform vec4 u_background, u_clay;
+uniform float u_side;              // pixels of the target to a side of the picture's pixel
+uniform vec4 u_clay;
 layout(location = 0) out vec4 out_combined;
 #if DATA
 layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; what the shadow lets through, 0...1
@@ -71,19 +73,9 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, vec3 sta
     return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z), b - a, c - a);
 }
 
-void background() {
-    out_combined = u_background;
-#if DATA
-    out_errors = vec4(-1.0, -1.0, -1.0, 1.0);
-    out_normal = vec4(0.0);
-    out_ids = ivec2(-1);
-#endif
-}
-
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec2 ids = texelFetch(u_ids, pixel, 0).rg;
-    if (ids.r == 0u) { background(); return; }
     uint slot = ids.r - 1u;
     uvec4 info = instance_info(slot);
     float view_depth = texelFetch(u_view_depth, pixel, 0).r;
@@ -107,8 +99,8 @@ void main() {
         vec4 q = project(map, x_ws);
         vec3 grad_s, grad_t;
         texel_gradients(map, q, grad_s, grad_t);
-        vec3 move_x = u_along_from_pixel[0] * view_depth + u_start_from_pixel[0];
-        vec3 move_y = u_along_from_pixel[1] * view_depth + u_start_from_pixel[1];
+        vec3 move_x = (u_along_from_pixel[0] * view_depth + u_start_from_pixel[0]) * u_side;
+        vec3 move_y = (u_along_from_pixel[1] * view_depth + u_start_from_pixel[1]) * u_side;
         if (faces) {
             mat2 on_surface = FILTER_UNIT == FILTER_PIXELS ? texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric) : mat2(1.0);
             light = 1.0;
@@ -118,7 +110,7 @@ void main() {
                                  on_surface);
             }
         }
-        if (DATA != 0 || u_display == 2) {
+        if (DATA != 0 || DISPLAY == 2) {
             vec3 towards_eye = -normalize(along);
             vec3 mid = light_ws + towards_eye;
             mid = dot(mid, mid) > 1e-6 ? normalize(mid) : geometric;

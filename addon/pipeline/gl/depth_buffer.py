@@ -39,6 +39,18 @@ class DepthBuffer(Owned):
             raise GpuError("The driver refused a 32-bit float depth buffer: update the graphics driver.")
         return framebuffer
 
+    @contextmanager
+    def attached(self, framebuffer: moderngl.Framebuffer) -> Iterator[None]:
+        """`framebuffer`, bound, tests against this depth while this lasts, and does not write it."""
+        framebuffer.depth_mask = False
+        framebuffer.use()
+        self.raw.FramebufferRenderbuffer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, _RENDERBUFFER, self.glo)
+        try:
+            yield
+        finally:
+            framebuffer.use()
+            self.raw.FramebufferRenderbuffer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, _RENDERBUFFER, 0)
+
 
 def has_clip_control(context: moderngl.Context) -> bool:
     """Whether the rasteriser can write all digits of a float depth."""

@@ -9,6 +9,8 @@ from ...errors import GpuError
 BACKENDS = ("auto", "egl", "native")
 
 MEBI = 2**20
+MOST_SAMPLES = 768 * MEBI
+"""Bytes of the largest picture of camera samples: 4 of each pixel of 2560 × 1440, 9 of 1920 × 1080."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,12 @@ def choose(machine: Machine) -> bool:
 def check_picture(size: tuple[int, int], data: bool) -> None:
     """Raise `GpuError` when the camera's targets alone pass the memory limit. Bytes per pixel: G-buffer 20, picture 16, data 40."""
     _check(size[0] * size[1] * (36 + 40 * data), f"A picture of {size[0]}×{size[1]} pixels", "choose a smaller size")
+
+
+def spare_bytes(size: tuple[int, int], data: bool) -> int:
+    """What the memory limit leaves beside the camera's targets, at most `MOST_SAMPLES`."""
+    limit = chosen().memory_mib * MEBI
+    return max(0, min(limit - size[0] * size[1] * (36 + 40 * data), MOST_SAMPLES)) if limit else MOST_SAMPLES
 
 
 def check_maps(size: int, layers: int, ids: int, doubled: bool) -> None:

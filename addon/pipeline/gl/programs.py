@@ -48,6 +48,7 @@ SAMPLER_UNITS = {
     "u_large": 26,
     "u_links": 27,
     "u_normals": 28,
+    "u_sampled": 29,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

@@ -1,4 +1,7 @@
-"""Deferred shading: surface + light + error of every pixel. Worker thread only."""
+"""Deferred shading: surface + light + error of every pixel that has a surface, the background in the others. Worker thread only.
+
+The depth test tells them apart before a shader runs: a software rasteriser runs both sides of a branch for every pixel.
+"""
 
 from __future__ import annotations
 
@@ -67,10 +70,12 @@ class ShadePass:
         settings: Settings,
         large: LargePlanes | None = None,
         impostors: bool = False,
+        side: int = 1,
     ) -> None:
         """Shade `gbuffer` into `target`. `large`: the planes of triangles too large for float32, relative to the plan's origin.
 
         `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked.
+        `side`: so many pixels of the target to a side of the picture's own, which softness and error are told in.
         """
         program = self._programs.get(
             "fullscreen.vert",
@@ -78,6 +83,8 @@ class ShadePass:
             INSTANCED=0,
             DATA=target.data,
             MAX_MAPS=MAX_MAPS,
+            ANY_LOG=any(p.log is not None for p in plan.projections) if plan else False,
+            DISPLAY=DISPLAYS.index(settings.shading.display),
             ERROR_COLORS=len(SCALE_COLORS),
             USE_OBJECT_COLORS=settings.shading.use_object_colors,
             LARGE=large is not None,
@@ -96,16 +103,28 @@ class ShadePass:
             u_large_count=large.count if large is not None else 0,
             u_map_count=len(plan.projections) if plan else 0,
             u_map_size=float(settings.fit.size),
-            u_display=DISPLAYS.index(settings.shading.display),
+            u_side=float(side),
             **_light_uniforms(light, settings, origin),
             **_colors(settings),
             **_data_colors(),
             **shadow_uniforms(settings.test, plan),
         )
         write_buffer(self._context, self._block, plan_block(plan))
-        target.framebuffer.use()
-        self._context.enable_only(moderngl.NOTHING)
-        draw_triangles(self._context, self._array(program), 3)
+        self._cover(target, gbuffer, program, settings)
+
+    def _cover(self, target: ShadeTarget, gbuffer: GBuffer, program: moderngl.Program, settings: Settings) -> None:
+        """Run `program` where the G-buffer has a surface, and the background's where it has none."""
+        context, depth = self._context, gbuffer.projection
+        background = self._programs.get("fullscreen.vert", "background.frag", DATA=target.data)
+        set_uniforms(background, u_background=settings.shading.background)
+        farther = {"<": ">", ">": "<"}[depth.nearer]
+        with gbuffer.depth.attached(target.framebuffer):
+            context.enable_only(moderngl.DEPTH_TEST)
+            for shader, passes in ((background, "=="), (program, farther)):
+                set_uniforms(shader, u_ndc_depth=2.0 * depth.farthest - 1.0)
+                context.depth_func = passes
+                draw_triangles(context, self._array(shader), 3)
+            context.depth_func = "<"
 
     def _bind(
         self,
@@ -165,7 +184,6 @@ def _colors(settings: Settings) -> dict[str, object]:
     return {
         "u_ambient_sky": (*shading.ambient_sky, 1.0),
         "u_ambient_ground": (*shading.ambient_ground, 1.0),
-        "u_background": shading.background,
         "u_clay": (*shading.clay, 1.0),
     }
 
