@@ -44,11 +44,11 @@ FLOORS = {
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
     " < bake bare_passes remote < __init__",
-    "addon/pipeline/geometry": "clusters octahedral pools ranges surface_links < draw_list < store < __init__",
+    "addon/pipeline/geometry": "closed clusters octahedral pools ranges surface_links < draw_list packing < store < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
     "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
-    " < shadow < shade < __init__",
+    " < shadow < shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "child_python mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view cad"

@@ -39,19 +39,6 @@ def clustered(positions: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
     return triangles[order], np.arange(0, len(triangles), CLUSTER_TRIANGLES)
 
 
-def cluster_bounds(positions: np.ndarray, triangles: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """(C, 2, 3) bounds of the clusters that begin at `starts`."""
-    corners = positions[triangles]
-    low = np.minimum.reduceat(corners.min(axis=1), starts, axis=0)
-    high = np.maximum.reduceat(corners.max(axis=1), starts, axis=0)
-    return np.stack([low, high], axis=1)
-
-
-def longest_edges(positions: np.ndarray, triangles: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """(C,) length of the longest triangle edge of each cluster."""
-    return np.sqrt(np.maximum.reduceat(_squared_edges(positions[triangles]), starts))
-
-
 def longest_edge(corners: np.ndarray) -> np.ndarray:
     """(T,) length of the longest edge of triangles (T, 3, 3)."""
     return np.sqrt(_squared_edges(corners))
@@ -73,29 +60,29 @@ def frustum_planes(clip_from_world: np.ndarray, cull_near: bool = True) -> np.nd
 
 def visible(bounds_ws: np.ndarray, planes: np.ndarray) -> np.ndarray:
     """(B,) bool: False only for boxes wholly outside one of the planes (conservative; float64)."""
-    centre, half = 0.5 * (bounds_ws[:, 0] + bounds_ws[:, 1]), 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0])
+    return visible_boxes(0.5 * (bounds_ws[:, 0] + bounds_ws[:, 1]), 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0]), planes)
+
+
+def visible_boxes(centre: np.ndarray, half: np.ndarray, planes: np.ndarray) -> np.ndarray:
+    """`visible` of boxes by their centres and halves (B, 3)."""
     reach = planes[:, :3] @ centre.T + planes[:, 3:] + np.abs(planes[:, :3]) @ half.T
     return (reach >= 0.0).all(axis=0)
 
 
-def segments(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """(R,) int: ranges (sorted by `first`) with the same number follow one another without a gap."""
-    gap = np.ones(len(first), np.int64)
-    gap[1:] = first[1:] != first[:-1] + count[:-1]
-    return np.cumsum(gap)
+def runs(mask: np.ndarray, first: np.ndarray, count: np.ndarray, barriers: np.ndarray | None, max_gap: int) -> list[tuple[int, int]]:
+    """Draw calls (first, count) that cover every range with a True mask; ranges are sorted by `first`.
 
-
-def runs(mask: np.ndarray, first: np.ndarray, count: np.ndarray, segment: np.ndarray, max_gap: int) -> list[tuple[int, int]]:
-    """Draw calls (first, count) that cover every range with a True mask.
-
-    Masked-out ranges of at most `max_gap` indices in all are drawn along when they lie between two visible ones of one segment, because a
-    call costs more than they do.
+    Masked-out ranges, and what lies between ranges, of at most `max_gap` indices in all are drawn along when they lie between two visible
+    ones with the same number in `barriers`, because a call costs more than they do.
     """
     chosen = np.flatnonzero(mask)
     if not len(chosen):
         return []
     starts, ends = first[chosen], first[chosen] + count[chosen]
-    breaks = np.flatnonzero((starts[1:] - ends[:-1] > max_gap) | (segment[chosen][1:] != segment[chosen][:-1]))
+    breaks = starts[1:] - ends[:-1] > max_gap
+    if barriers is not None:
+        breaks |= barriers[chosen][1:] != barriers[chosen][:-1]
+    breaks = np.flatnonzero(breaks)
     begin = starts[np.concatenate([[0], breaks + 1])]
     stop = ends[np.concatenate([breaks, [len(ends) - 1]])]
     return list(zip(begin.tolist(), (stop - begin).tolist(), strict=True))

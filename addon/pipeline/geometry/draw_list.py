@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,7 +14,7 @@ from ...maths.spaces import transform
 from ...scene.records import Scene
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, set_uniforms
-from .clusters import clustered, longest_edge, runs, segments, visible
+from .clusters import clustered, longest_edge, runs, visible_boxes
 from .pools import Pools
 
 ROWS_PER_SLOT = 4
@@ -25,7 +26,10 @@ Select = Callable[[np.ndarray, np.ndarray], np.ndarray]  # (bounds_ws, longest e
 
 @dataclass(slots=True)
 class InstancedGroup:
-    """A mesh in object space and the slots it is placed at, with the instance row, the world bounds and the longest edge of each."""
+    """A mesh in object space and the slots it is placed at, with the instance row, the world bounds and the longest edge of each.
+
+    `front`: 1 where the mesh is closed, −1 where it is and its instances are mirrored, 0 where it is not.
+    """
 
     first_index: int
     index_count: int
@@ -33,12 +37,13 @@ class InstancedGroup:
     rows: np.ndarray
     bounds_ws: np.ndarray
     longest_edge_m: np.ndarray
+    front: int = 0
 
 
 @dataclass(slots=True)
 class IndexRanges:
     """Baked clusters: index ranges in order, the instance row of each, its world bounds and longest edge, its slot, and the triangle of
-    its mesh (in the order of `clustered`) that it begins with."""
+    its mesh (in the order of `clustered`) that it begins with; whether that mesh is closed, and the bounds of all of it."""
 
     first: np.ndarray
     count: np.ndarray
@@ -47,6 +52,31 @@ class IndexRanges:
     longest_edge_m: np.ndarray
     slots: np.ndarray
     start: np.ndarray
+    is_closed: np.ndarray
+    wholes_ws: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class Culling:
+    """Back faces of closed meshes are not drawn. `front`: how front faces are wound in the target, 'ccw' or 'cw'; `plane` (4,): only of
+    what lies all before it, plane·(x, 1) > 0: what the near plane cuts open, or what holds the eye, shows its inside."""
+
+    front: str
+    plane: np.ndarray
+
+    @classmethod
+    def by(cls, clip_from_world: np.ndarray, *, near: bool) -> Culling:
+        """That of a projection whose depth grows away from where it looks from; `near`: what lies before its near plane is cut off.
+
+        A matrix that turns space over, as a camera's does, keeps the winding that is seen.
+        """
+        rows = np.asarray(clip_from_world, np.float64)
+        return cls("ccw" if np.linalg.det(rows) < 0.0 else "cw", rows[3] + rows[2] if near else rows[3])
+
+    def allows(self, bounds_ws: np.ndarray) -> np.ndarray:
+        """(B,) bool: boxes (B, 2, 3) wholly before the plane."""
+        low, high = bounds_ws[:, 0], bounds_ws[:, 1]
+        return np.where(self.plane[:3] > 0.0, low, high) @ self.plane[:3] + self.plane[3] > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +110,6 @@ class DrawList:
     context: moderngl.Context
     pools: Pools
     ranges: IndexRanges
-    segment: np.ndarray
     groups: list[InstancedGroup]
     triangle_count: int
     table_buffer: moderngl.Buffer
@@ -120,7 +149,6 @@ class DrawList:
             context,
             pools,
             ranges,
-            segments(ranges.first, ranges.count),
             groups,
             scene.triangle_count,
             *buffers,
@@ -139,37 +167,69 @@ class DrawList:
         select: Select | None = None,
         rows: np.ndarray | None = None,
         without: Chosen | None = None,
+        culling: Culling | None = None,
     ) -> int:
         """Draw all that reaches inside `planes` (and `select` chooses) with the two variants of a program; returns the triangles sent.
 
-        `rows` (I,) bool: only these instance rows of the scene. `without`: what is left out.
+        `rows` (I,) bool: only these instance rows of the scene. `without`: what is left out. `culling`: None draws back faces, too.
         `attributes` False binds positions only (depth passes). Programs may use `u_first_triangle` and the instance table.
         """
         self.bind_table()
-        sent, ranges = 0, self.ranges
-        if len(ranges.first):
-            array = self._vertex_array(baked, attributes)
-            mask, segment = _chosen(ranges, planes, select, rows), self.segment
-            if without is not None:
-                mask &= ~without.ranges
-                segment = segment + np.cumsum(without.ranges)  # nothing is drawn along across what is left out
-            gap = MERGED_GAP if select is None and rows is None else 0
-            for first, count in runs(mask, ranges.first, ranges.count, segment, gap):
-                set_uniforms(baked, u_first_triangle=first // 3)
-                draw_triangles(self.context, array, count, first)
-                sent += count // 3
-        return sent + self._draw_groups(instanced, planes, attributes, select, rows, without)
+        chosen = self.chosen(planes, select, rows)
+        if without is not None:
+            chosen = Chosen(chosen.ranges & ~without.ranges, [a & ~b for a, b in zip(chosen.groups, without.groups, strict=True)])
+        barriers = None if without is None else np.cumsum(without.ranges)  # nothing is drawn along across what is left out
+        gap = MERGED_GAP if select is None and rows is None else 0
+        sent = 0
+        for is_culled, mask in self._by_culling(chosen.ranges, culling):
+            with _back_faces_left_out(self.context, culling if is_culled else None):
+                sent += self._draw_ranges(baked, attributes, mask, barriers, gap)
+        return sent + self._draw_groups(instanced, attributes, chosen.groups, culling)
 
-    def chosen(self, planes: np.ndarray, select: Select, rows: np.ndarray | None = None) -> Chosen:
+    def chosen(self, planes: np.ndarray, select: Select | None, rows: np.ndarray | None = None) -> Chosen:
         """What reaches inside `planes` and `select` chooses, of the instance rows `rows` (I,) bool."""
-        ranges = _chosen(self.ranges, planes, select, rows)
-        return Chosen(ranges, [_chosen(group, planes, select, rows) for group in self.groups])
+        boxes = self._all
+        mask = visible_boxes(boxes.centre, boxes.half, planes)
+        if rows is not None:
+            mask &= rows[boxes.rows]
+        if select is not None:
+            mask &= select(boxes.bounds_ws, boxes.longest_edge_m)
+        ranges, *groups = np.split(mask, boxes.ends[:-1])
+        return Chosen(ranges, groups)
+
+    @cached_property
+    def _all(self) -> _BoxTable:
+        """Ranges, then the instances of every group, as one list of boxes."""
+        things = [self.ranges, *self.groups]
+        bounds = np.concatenate([thing.bounds_ws for thing in things])
+        return _BoxTable(
+            bounds,
+            0.5 * (bounds[:, 0] + bounds[:, 1]),
+            0.5 * (bounds[:, 1] - bounds[:, 0]),
+            np.concatenate([thing.rows for thing in things]),
+            np.concatenate([thing.longest_edge_m for thing in things]),
+            np.cumsum([len(thing.rows) for thing in things]),
+        )
+
+    def _by_culling(self, mask: np.ndarray, culling: Culling | None) -> list[tuple[bool, np.ndarray]]:
+        """(whether back faces are left out, which ranges of `mask`)."""
+        if culling is None or not (self.ranges.is_closed & mask).any():
+            return [(False, mask)]
+        culled = mask & self.ranges.is_closed & culling.allows(self.ranges.wholes_ws)
+        return [(True, culled), (False, mask & ~culled)]
+
+    def _draw_ranges(self, program: moderngl.Program, attributes: bool, mask: np.ndarray, barriers: np.ndarray | None, gap: int) -> int:
+        sent, ranges = 0, self.ranges
+        for first, count in runs(mask, ranges.first, ranges.count, barriers, gap):
+            set_uniforms(program, u_first_triangle=first // 3)
+            draw_triangles(self.context, self._vertex_array(program, attributes), count, first)
+            sent += count // 3
+        return sent
 
     @cached_property
     def longest_edge_m(self) -> float:
         """The longest edge of anything in the list, metres; 0 where there is nothing."""
-        edges = (self.ranges.longest_edge_m, *(group.longest_edge_m for group in self.groups))
-        return max((float(edge.max(initial=0.0)) for edge in edges), default=0.0)
+        return float(self._all.longest_edge_m.max(initial=0.0))
 
     def corners_os(self, row: int) -> np.ndarray:
         """(T, 3, 3) float64 corners in object space of the triangles of an instance row, in the order they are drawn in."""
@@ -210,7 +270,7 @@ class DrawList:
 
     def bounds_ws(self) -> np.ndarray:
         """(B, 2, 3) world bounds of all that can be drawn."""
-        return np.concatenate([self.ranges.bounds_ws, *(group.bounds_ws for group in self.groups)])
+        return self._all.bounds_ws
 
     def bind_table(self) -> None:
         """Bind the instance table for `common_instance.glsl`."""
@@ -224,31 +284,22 @@ class DrawList:
             self.on_demand["u_extents"] = BufferTexture(self.context, buffer, "rgba32f"), buffer
         return self.on_demand["u_extents"][0]
 
-    def _draw_groups(
-        self,
-        program: moderngl.Program,
-        planes: np.ndarray,
-        attributes: bool,
-        select: Select | None,
-        rows: np.ndarray | None,
-        without: Chosen | None,
-    ) -> int:
-        if not self.groups:
+    def _draw_groups(self, program: moderngl.Program, attributes: bool, masks: list[np.ndarray], culling: Culling | None) -> int:
+        drawn = [(group, *part) for group, mask in zip(self.groups, masks, strict=True) for part in _parts_by_culling(group, mask, culling)]
+        if not drawn:
             return 0
-        masks = [_chosen(g, planes, select, rows) for g in self.groups]
-        if without is not None:
-            masks = [mask & ~left_out for mask, left_out in zip(masks, without.groups, strict=True)]
-        chosen = [g.slots[mask] for g, mask in zip(self.groups, masks, strict=True)]
-        write_buffer(self.context, self.visible_buffer, np.concatenate(chosen).tobytes())
+        write_buffer(self.context, self.visible_buffer, np.concatenate([slots for _, _, slots in drawn]).tobytes())
         self.visible.use(SAMPLER_UNITS["u_visible"])
         array = self._vertex_array(program, attributes)
-        cursor = sent = 0
-        for group, slots in zip(self.groups, chosen, strict=True):
-            if len(slots):
-                set_uniforms(program, u_first_triangle=group.first_index // 3, u_first_instance=cursor)
-                draw_triangles(self.context, array, group.index_count, group.first_index, len(slots))
-                cursor += len(slots)
-                sent += group.index_count // 3 * len(slots)
+        firsts = np.cumsum([0, *(len(slots) for _, _, slots in drawn)]).tolist()
+        sent = 0
+        for front in (1, -1, 0):
+            with _back_faces_left_out(self.context, culling if front else None, mirrored=front < 0):
+                for (group, own, slots), cursor in zip(drawn, firsts, strict=False):
+                    if own == front:
+                        set_uniforms(program, u_first_triangle=group.first_index // 3, u_first_instance=cursor)
+                        draw_triangles(self.context, array, group.index_count, group.first_index, len(slots))
+                        sent += group.index_count // 3 * len(slots)
         return sent
 
     def _vertex_array(self, program: moderngl.Program, attributes: bool) -> moderngl.VertexArray:
@@ -280,11 +331,43 @@ class DrawList:
             thing.release()
 
 
-def _chosen(things: IndexRanges | InstancedGroup, planes: np.ndarray, select: Select | None, rows: np.ndarray | None) -> np.ndarray:
-    mask = visible(things.bounds_ws, planes)
-    if rows is not None:
-        mask &= rows[things.rows]
-    return mask if select is None else mask & select(things.bounds_ws, things.longest_edge_m)
+@dataclass(frozen=True, slots=True)
+class _BoxTable:
+    """Boxes (B, 2, 3) with their centres and halves, instance rows and longest edges; `ends` of the parts that they belong to."""
+
+    bounds_ws: np.ndarray
+    centre: np.ndarray
+    half: np.ndarray
+    rows: np.ndarray
+    longest_edge_m: np.ndarray
+    ends: np.ndarray
+
+
+def _parts_by_culling(group: InstancedGroup, mask: np.ndarray, culling: Culling | None) -> Iterator[tuple[int, np.ndarray]]:
+    """(`front` to draw with, 0 for both sides; slots) of the instances of `mask`."""
+    if culling is None or group.front == 0:
+        culled = np.zeros_like(mask)
+    else:
+        culled = mask & culling.allows(group.bounds_ws)
+    for front, own in ((group.front, culled), (0, mask & ~culled)):
+        if own.any():
+            yield front, group.slots[own]
+
+
+@contextmanager
+def _back_faces_left_out(context: moderngl.Context, culling: Culling | None, *, mirrored: bool = False) -> Iterator[None]:
+    """While this lasts, if `culling` is given."""
+    if culling is None:
+        yield
+        return
+    other = {"ccw": "cw", "cw": "ccw"}
+    context.front_face = other[culling.front] if mirrored else culling.front
+    context.enable(moderngl.CULL_FACE)
+    try:
+        yield
+    finally:
+        context.disable(moderngl.CULL_FACE)
+        context.front_face = "ccw"
 
 
 def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np.ndarray, np.ndarray]:

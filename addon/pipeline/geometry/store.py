@@ -7,7 +7,7 @@ into clusters so that culling works inside them.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -16,14 +16,16 @@ import numpy as np
 from ...errors import GpuError
 from ...scene.records import Mesh, Scene
 from ..gl.allocation import allocating, buffer_texture_limit
-from .clusters import cluster_bounds, clustered, longest_edges, morton
+from .closed import closed_meshes
+from .clusters import morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
-from .octahedral import packed_octahedral
+from .packing import Packed, cofactors, is_mirrored, packed
 from .pools import Pools
 from .ranges import Ranges
 from .surface_links import SurfaceLinks
 
 BAKE_TRIANGLES = 3000
+BATCH = 1 << 17  # triangles made ready at once
 INITIAL_VERTICES, INITIAL_INDICES = 1 << 16, 3 << 16
 
 
@@ -36,11 +38,18 @@ class _Part:
     vertex_count: int
     first_index: int
     index_count: int
-    cluster_starts: np.ndarray
-    bounds: np.ndarray
-    longest_edges: np.ndarray
     slot: int
-    transform: np.ndarray | None
+    is_closed: bool
+    cluster_starts: np.ndarray | None = None
+    bounds: np.ndarray | None = None
+    longest_edges: np.ndarray | None = None
+    transform: np.ndarray | None = None
+
+    def take(self, batch: Packed, k: int, transform: np.ndarray | None) -> None:
+        """Note what mesh k of a batch has come to."""
+        rows = slice(batch.cluster_ends[k - 1] if k else 0, batch.cluster_ends[k])
+        self.cluster_starts, self.bounds, self.longest_edges = batch.starts[rows], batch.bounds[rows], batch.longest_edges[rows]
+        self.transform = transform
 
 
 class GeometryStore:
@@ -67,6 +76,7 @@ class GeometryStore:
         self.indices = self._context.buffer(reserve=self._indices.capacity * 4)
         self.links = SurfaceLinks(self._context)
         self._parts: dict[Hashable, _Part] = {}
+        self._closed: dict[Hashable, bool] = {}
         self._scene: Scene | None = None
 
     def sync(self, scene: Scene) -> DrawList:
@@ -87,87 +97,121 @@ class GeometryStore:
 
     def _synced(self, scene: Scene) -> DrawList:
         baked, instanced = _plan(scene)
-        self._free_missing(set(baked) | set(instanced))
-        self._upload_baked(scene, {k: r for k, r in baked.items() if k not in self._parts})
+        self._free_missing({*baked, *instanced})
+        self._learn_closed(scene)
+        self._upload_baked(scene, {key: row for key, row in baked.items() if key not in self._parts})
         self._move_baked(scene, baked)
-        for key in instanced:
-            if key not in self._parts:
-                self._parts[key] = self._upload(scene.meshes[int(scene.instances.mesh_index[instanced[key][0]])], None)
+        missing = [key for key in instanced if key not in self._parts]
+        self._upload(missing, [scene.meshes[int(scene.instances.mesh_index[instanced[key][0]])] for key in missing], None)
         self._replace_draw_list(self._make_draw_list(scene, baked, instanced))
         self._scene = scene
         return self._draw_list
 
     def _free_missing(self, wanted: set[Hashable]) -> None:
-        for key in [k for k in self._parts if k not in wanted]:
-            part = self._parts.pop(key)
+        gone = [self._parts.pop(key) for key in [key for key in self._parts if key not in wanted]]
+        for part in gone:
             self._vertices.free(part.first_vertex, part.vertex_count)
             self._indices.free(part.first_index, part.index_count)
             self._slots.free(part.slot, 1)
+        for first, count in _joined([(part.first_index, part.index_count) for part in gone]):
+            self.indices.write(bytes(4 * count), offset=4 * first)  # no triangles: can be drawn along
+
+    def _learn_closed(self, scene: Scene) -> None:
+        """Which meshes of the scene are closed; known ones are not looked at again."""
+        new = [mesh for mesh in scene.meshes if mesh.key not in self._closed]
+        known = {mesh.key: self._closed[mesh.key] for mesh in scene.meshes if mesh.key in self._closed}
+        for some in _batches(new):
+            known.update(zip((new[i].key for i in some), closed_meshes([new[i] for i in some]).tolist(), strict=True))
+        self._closed = known
 
     def _upload_baked(self, scene: Scene, missing: dict[Hashable, int]) -> None:
+        """Upload what is missing, closed meshes first, neighbours next to each other."""
         if not missing:
             return
-        keys = list(missing)
-        rows = np.fromiter(missing.values(), dtype=np.int64, count=len(missing))
-        order = np.argsort(morton(scene.instances.world_from_object[rows, :3, 3] + _local_centres(scene, rows)), kind="stable")
-        for i in order:
-            row = int(rows[i])
-            mesh = scene.meshes[int(scene.instances.mesh_index[row])]
-            self._parts[keys[i]] = self._upload(mesh, scene.instances.world_from_object[row])
+        keys, rows = list(missing), np.fromiter(missing.values(), dtype=np.int64, count=len(missing))
+        matrices = scene.instances.world_from_object[rows]
+        meshes = [scene.meshes[i] for i in scene.instances.mesh_index[rows].tolist()]
+        centres = np.stack([mesh.bounds_os.mean(axis=0) for mesh in meshes])
+        code = morton(matrices[:, :3, 3] + np.einsum("rab,rb->ra", matrices[:, :3, :3], centres))
+        order = np.lexsort([code, [not self._closed[mesh.key] for mesh in meshes]])
+        self._upload([keys[i] for i in order], [meshes[i] for i in order], matrices[order])
 
-    def _upload(self, mesh: Mesh, transform: np.ndarray | None) -> _Part:
-        triangles, starts = clustered(mesh.positions, mesh.triangles)
-        vertex_count, index_count = len(mesh.positions), triangles.size
-        first_vertex, first_index = self._reserve_vertices(vertex_count), self._reserve_indices(index_count)
-        slot = self._reserve_slot()
-        part = _Part(mesh, first_vertex, vertex_count, first_index, index_count, starts, np.empty(0), np.empty(0), slot, None)
-        self.indices.write((triangles.astype(np.uint32) + np.uint32(first_vertex)).tobytes(), offset=first_index * 4)
-        self.vertex_slots.write(np.full(vertex_count, slot, np.uint32).tobytes(), offset=first_vertex * 4)
-        self._place(part, transform, triangles)
-        self.uploaded_meshes += 1
-        return part
+    def _upload(self, keys: list[Hashable], meshes: list[Mesh], matrices: np.ndarray | None) -> None:
+        """Upload meshes as they are placed by `matrices` (M, 4, 4), or in object space, one after the other in the pools."""
+        for some in _batches(meshes):
+            chosen = meshes[some[0] : some[-1] + 1]
+            batch = packed(chosen, None if matrices is None else matrices[some[0] : some[-1] + 1])
+            first_vertex, first_index = self._reserve_vertices(int(batch.vertex_ends[-1])), self._reserve_indices(int(batch.index_ends[-1]))
+            slots = self._reserve_slots(len(chosen))
+            self.indices.write((batch.triangles + first_vertex).astype(np.uint32), offset=first_index * 4)
+            counts = np.diff(batch.vertex_ends, prepend=0)
+            self.vertex_slots.write(np.repeat(np.arange(slots, slots + len(chosen), dtype=np.uint32), counts), offset=first_vertex * 4)
+            self._write_vertices(batch, slice(None), first_vertex)
+            for k, (i, mesh) in enumerate(zip(some, chosen, strict=True)):
+                part = _Part(mesh, first_vertex, len(mesh.positions), first_index, mesh.triangles.size, slots + k, self._closed[mesh.key])
+                part.take(batch, k, None if matrices is None else matrices[i])
+                self._parts[keys[i]] = part
+                first_vertex += part.vertex_count
+                first_index += part.index_count
+            self.uploaded_meshes += len(chosen)
 
-    def _place(self, part: _Part, transform: np.ndarray | None, triangles: np.ndarray | None = None) -> None:
-        """Write the vertices of a part as placed by `transform` (None: in object space) and its cluster bounds."""
-        positions, normals = part.mesh.positions, part.mesh.normals
-        if transform is not None:
-            positions = (positions.astype(np.float64) @ transform[:3, :3].T + transform[:3, 3]).astype(np.float32)
-            normals = turned(normals, transform)
-        if triangles is None:
-            triangles, _ = clustered(part.mesh.positions, part.mesh.triangles)
-        part.transform = None if transform is None else transform.copy()
-        part.bounds = cluster_bounds(positions, triangles, part.cluster_starts).astype(np.float64)
-        part.longest_edges = longest_edges(positions, triangles, part.cluster_starts).astype(np.float64)
-        self.positions.write(positions.tobytes(), offset=part.first_vertex * 12)
-        self.normals.write(packed_octahedral(normals).tobytes(), offset=part.first_vertex * 4)
+    def _write_vertices(self, batch: Packed, rows: slice, first_vertex: int) -> None:
+        self.positions.write(np.ascontiguousarray(batch.positions[rows]), offset=first_vertex * 12)
+        self.normals.write(np.ascontiguousarray(batch.normals[rows]), offset=first_vertex * 4)
 
     def _move_baked(self, scene: Scene, baked: dict[Hashable, int]) -> None:
-        for key, row in baked.items():
-            part, transform = self._parts[key], scene.instances.world_from_object[row]
-            if not np.array_equal(part.transform, transform):
-                self._place(part, transform)
+        """Place anew what stands elsewhere than before."""
+        if not baked:
+            return
+        parts = [self._parts[key] for key in baked]
+        matrices = scene.instances.world_from_object[list(baked.values())]
+        moved = np.flatnonzero((np.stack([part.transform for part in parts]) != matrices).any(axis=(1, 2)))
+        moved = moved[np.argsort([parts[i].first_vertex for i in moved], kind="stable")]
+        self._place([parts[i] for i in moved], matrices[moved])
+
+    def _place(self, parts: list[_Part], matrices: np.ndarray) -> None:
+        """Write the vertices of parts, in the order of the pool, as placed by `matrices` (P, 4, 4), and note their bounds."""
+        for some in _batches([part.mesh for part in parts]):
+            chosen = parts[some[0] : some[-1] + 1]
+            batch = packed([part.mesh for part in chosen], matrices[some[0] : some[-1] + 1])
+            for k, (i, part) in enumerate(zip(some, chosen, strict=True)):
+                if is_mirrored(part.transform[None])[0] != is_mirrored(matrices[i : i + 1])[0]:
+                    rows = slice((batch.index_ends[k] - part.index_count) // 3, batch.index_ends[k] // 3)
+                    own = batch.triangles[rows] - (batch.vertex_ends[k] - part.vertex_count) + part.first_vertex
+                    self.indices.write(own.astype(np.uint32), offset=part.first_index * 4)
+                    self.links.forget(part.first_index)
+                part.take(batch, k, matrices[i])
+            at = 0
+            for first, count in _joined([(part.first_vertex, part.vertex_count) for part in chosen]):
+                self._write_vertices(batch, slice(at, at + count), first)
+                at += count
 
     def _make_draw_list(self, scene: Scene, baked: dict[Hashable, int], instanced: dict[Hashable, np.ndarray]) -> DrawList:
-        parts = sorted(((self._parts[k], row) for k, row in baked.items()), key=lambda item: item[0].first_index)
+        placed = sorted(((self._parts[k], row) for k, row in baked.items()), key=lambda item: item[0].first_index)
         base = self._slots.capacity
-        total = sum(len(rows) for rows in instanced.values())
-        rows_of_slot = np.full(base + total, -1, np.int64)
-        if parts:
-            slots_used = [p.slot for p, _ in parts]
-            rows_of_slot[slots_used] = [row for _, row in parts]
+        rows_of_slot = np.full(base + sum(len(rows) for rows in instanced.values()), -1, np.int64)
+        if placed:
+            rows_of_slot[[p.slot for p, _ in placed]] = [row for _, row in placed]
         bounds_ws = scene.instance_bounds_ws() if instanced else None
         groups, cursor = [], base
-        for key, rows in instanced.items():
-            part = self._parts[key]
+        for part, rows, front in self._group_parts(scene, instanced):
             rows_of_slot[cursor : cursor + len(rows)] = rows
             slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
             stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
-            groups.append(
-                InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], stretch * part.longest_edges.max())
-            )
+            edges = stretch * part.longest_edges.max()
+            groups.append(InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], edges, front))
             cursor += len(rows)
         pools = Pools(self.positions, self.normals, self.vertex_slots, self.indices)
-        return DrawList.build(self._context, pools, scene, _ranges_of(parts), groups, rows_of_slot, base)
+        return DrawList.build(self._context, pools, scene, _ranges_of(placed), groups, rows_of_slot, base)
+
+    def _group_parts(self, scene: Scene, instanced: dict[Hashable, np.ndarray]) -> Iterator[tuple[_Part, np.ndarray, int]]:
+        """The part, rows and `front` of every group: of a closed mesh, mirrored instances are a group of their own."""
+        for key, rows in instanced.items():
+            part = self._parts[key]
+            mirrored = is_mirrored(scene.instances.world_from_object[rows]) & part.is_closed
+            for front, own in ((part.is_closed * 1, rows[~mirrored]), (-1, rows[mirrored])):
+                if len(own):
+                    yield part, own, front
 
     def _replace_draw_list(self, draw_list: DrawList) -> None:
         if self._draw_list is not None:
@@ -192,12 +236,12 @@ class GeometryStore:
             start = self._indices.allocate(count)
         return start
 
-    def _reserve_slot(self) -> int:
-        slot = self._slots.allocate(1)
-        if slot is None:
-            self._slots.grow(1)
-            slot = self._slots.allocate(1)
-        return slot
+    def _reserve_slots(self, count: int) -> int:
+        start = self._slots.allocate(count)
+        if start is None:
+            self._slots.grow(count)
+            start = self._slots.allocate(count)
+        return start
 
     def _grown(self, old: moderngl.Buffer, size: int) -> moderngl.Buffer:
         new = self._context.buffer(reserve=size)
@@ -242,20 +286,32 @@ def _plan(scene: Scene) -> tuple[dict[Hashable, int], dict[Hashable, np.ndarray]
     return baked, instanced
 
 
-def _local_centres(scene: Scene, rows: np.ndarray) -> np.ndarray:
-    """(R, 3) offset, in world axes, from each instance's origin to the centre of its mesh."""
-    index = scene.instances.mesh_index[rows]
-    centres = np.zeros((len(scene.meshes), 3))
-    for i in np.unique(index):
-        centres[i] = scene.meshes[i].bounds_os.mean(axis=0)
-    return np.einsum("rab,rb->ra", scene.instances.world_from_object[rows, :3, :3], centres[index])
+def _batches(meshes: Sequence[Mesh]) -> Iterator[range]:
+    """Indices of meshes that follow one another, together at most `BATCH` triangles unless it is one alone."""
+    start, size = 0, 0
+    for i, mesh in enumerate(meshes):
+        if size and size + len(mesh.triangles) > BATCH:
+            yield range(start, i)
+            start, size = i, 0
+        size += len(mesh.triangles)
+    if start < len(meshes):
+        yield range(start, len(meshes))
+
+
+def _joined(ranges: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Ranges (first, count), sorted, those that touch made one."""
+    out: list[tuple[int, int]] = []
+    for first, count in sorted(ranges):
+        if out and sum(out[-1]) == first:
+            out[-1] = out[-1][0], out[-1][1] + count
+        else:
+            out.append((first, count))
+    return out
 
 
 def turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
-    """Unit normals under an affine map: the cofactor matrix, right for mirrored and unevenly scaled objects."""
-    a = transform[:3, :3]
-    cofactor = np.stack([np.cross(a[1], a[2]), np.cross(a[2], a[0]), np.cross(a[0], a[1])])
-    out = normals.astype(np.float64) @ (cofactor * np.sign(np.linalg.det(a))).T
+    """Unit normals under an affine map, right for mirrored and unevenly scaled objects."""
+    out = normals.astype(np.float64) @ cofactors(transform[None])[0].T
     length = np.linalg.norm(out, axis=1, keepdims=True)
     return (out / np.where(length > 0.0, length, 1.0)).astype(np.float32)
 
@@ -264,17 +320,26 @@ def _ranges_of(placed: list[tuple[_Part, int]]) -> IndexRanges:
     """Every cluster of the parts, in index order, with the instance row that each part belongs to."""
     if not placed:
         none = np.empty(0, np.int64)
-        return IndexRanges(none, none, none, np.empty((0, 2, 3)), np.empty(0), none, none)
+        return IndexRanges(none, none, none, np.empty((0, 2, 3)), np.empty(0), none, none, np.empty(0, bool), np.empty((0, 2, 3)))
     parts = [part for part, _ in placed]
-    rows = np.repeat([row for _, row in placed], [len(p.cluster_starts) for p in parts])
-    first = np.concatenate([p.first_index + 3 * p.cluster_starts for p in parts])
-    ends = np.concatenate([np.append(p.first_index + 3 * p.cluster_starts[1:], p.first_index + p.index_count) for p in parts])
+    clusters = [len(p.cluster_starts) for p in parts]
+    firsts, counts = (np.array([getattr(p, name) for p in parts]) for name in ("first_index", "index_count"))
+    starts = np.concatenate([p.cluster_starts for p in parts])
+    first = np.repeat(firsts, clusters) + 3 * starts
+    ends = np.append(first[1:], 0)
+    last = np.cumsum(clusters) - 1
+    ends[last] = firsts + counts
+    bounds = np.concatenate([p.bounds for p in parts])
+    begins = last + 1 - clusters
+    wholes = np.stack([np.minimum.reduceat(bounds[:, 0], begins), np.maximum.reduceat(bounds[:, 1], begins)], axis=1)
     return IndexRanges(
         first,
         ends - first,
-        rows,
-        np.concatenate([p.bounds for p in parts]),
+        np.repeat([row for _, row in placed], clusters),
+        bounds,
         np.concatenate([p.longest_edges for p in parts]),
-        np.repeat([p.slot for p in parts], [len(p.cluster_starts) for p in parts]),
-        np.concatenate([p.cluster_starts for p in parts]),
+        np.repeat([p.slot for p in parts], clusters),
+        starts,
+        np.repeat([p.is_closed for p in parts], clusters),
+        np.repeat(wholes, clusters, axis=0),
     )

@@ -89,6 +89,10 @@ class SurfaceLinks:
             self.buffer.write(links.tobytes(), offset=first_index * 4)
         self._done = there
 
+    def forget(self, first_index: int) -> None:
+        """The triangles from there on were written anew."""
+        self._done.pop(first_index, None)
+
     def release(self) -> None:
         """Free the buffer."""
         if self.buffer is not None:

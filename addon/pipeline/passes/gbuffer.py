@@ -69,7 +69,7 @@ def draw_gbuffer(
     bounds = draw_list.bounds_ws()
     eye = AnchoredCamera.of(camera, bounds[visible(bounds, frustum_planes(camera.clip_from_world))])
     target.clear(eye.depth)
-    return draw_surfaces(context, programs, draw_list, eye, SURFACE, target.size, rows)
+    return draw_surfaces(context, programs, draw_list, eye, SURFACE, target.size, rows, culled=True)
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from ...maths.spaces import translation
 from ...settings.groups import ShadowTestChoice
 from ...settings.shadowing import SHADOW_TESTS
 from ..geometry.clusters import frustum_planes
-from ..geometry.draw_list import DrawList
+from ..geometry.draw_list import Culling, DrawList
 from ..gl.allocation import freed_with
 from ..gl.gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, draw_vertices, id_array
 from ..gl.machine import check_maps
@@ -96,7 +96,7 @@ def draw_shadow_maps(
         if maps.ids_kind:
             framebuffer.clear_ids()
         if not projection.is_empty:
-            sent += draw_one(projection)
+            sent += draw_one(projection, culled=True)
     if maps.outlines is not None:
         sent += maps.outlines.draw(plan, draw_one)
     context.disable_direct(GL_DEPTH_CLAMP)
@@ -113,7 +113,9 @@ def _draw_one(
     size: int,
     defines: dict[str, int],
     rows: np.ndarray | None,
+    culled: bool = False,
 ) -> int:
+    """Draw one map; `culled`: without the back faces of closed meshes, whose edges outlines need."""
     if projection.log is not None:
         return draw_log_map(programs, draw_list, origin_ws, projection, size, defines)
     planes = frustum_planes(projection.clip_from_world, cull_near=False)
@@ -121,7 +123,8 @@ def _draw_one(
     pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
     for program in pair:
         set_uniforms(program, **relative_to(origin_ws, projection.clip_from_world))
-    sent = draw_list.draw(*pair, planes, attributes=False, rows=rows, without=large)
+    culling = Culling.by(projection.clip_from_world, near=False) if culled else None
+    sent = draw_list.draw(*pair, planes, attributes=False, rows=rows, without=large, culling=culling)
     if large is not None:
         program = programs.get("shadow_cut.vert", "shadow.frag", IS_CUT=1, **defines)
         sent += draw_vertices(draw_list.context, program, pieces(draw_list, projection, large, size))

@@ -10,7 +10,7 @@ import numpy as np
 from ...maths.anchored_camera import AnchoredCamera
 from ...maths.depth_projection import DepthProjection
 from ..geometry.clusters import frustum_planes
-from ..geometry.draw_list import DrawList
+from ..geometry.draw_list import Culling, DrawList
 from ..gl.depth_buffer import has_clip_control, nearest_wins
 from ..gl.gl_raw import draw_vertices
 from ..gl.programs import Programs, set_uniforms
@@ -38,10 +38,11 @@ def draw_surfaces(
     rows: np.ndarray | None = None,
     *,
     farthest: bool = False,
+    culled: bool = False,
 ) -> int:
     """Draw the scene, or only the instance rows of the mask `rows`, into the bound and cleared target of `size`.
 
-    Returns the triangles sent. `farthest`: of all surfaces the farthest stays.
+    Returns the triangles sent. `farthest`: of all surfaces the farthest stays. `culled`: without the back faces of closed meshes.
     """
     uniforms = shader.uniforms | depth_uniforms(eye.depth) | _view_uniforms(context, eye)
     defines = shader.defines | {"DEPTH_BY": RASTERISER if has_clip_control(context) else FRAGMENT}
@@ -55,7 +56,8 @@ def draw_surfaces(
     large = large_in(draw_list, eye, frustum, rows)
     pair = [prepared("gbuffer.vert", False, INSTANCED=flag) for flag in (0, 1)]
     with nearest_wins(context, eye.depth, farthest=farthest):
-        sent = draw_list.draw(*pair, frustum, attributes=True, rows=rows, without=large)
+        culling = Culling.by(eye.camera.clip_from_world, near=True) if culled else None
+        sent = draw_list.draw(*pair, frustum, attributes=True, rows=rows, without=large, culling=culling)
         if large is not None:
             sent += draw_vertices(context, prepared("gbuffer_cut.vert", True), pieces(draw_list, large, eye, size))
     return sent
