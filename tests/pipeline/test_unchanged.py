@@ -56,13 +56,12 @@ def job_of(chosen):
     )
 
 
-def forget(device, job):
+def forget(device):
     """As if the device had drawn nothing yet."""
     device.plan = None
-    device.gbuffer(job.size).holds = None
-    kept = device._kept.get("shadow")
-    if kept is not None:
-        kept[1].holds = None
+    for kind, (_, kept) in device._kept.items():
+        if kind == "shadow" or kind.startswith("gbuffer"):
+            kept.holds = None
 
 
 def differing(kept, anew):
@@ -79,7 +78,7 @@ def test_pictures_are_those_of_a_renderer_that_remembers_nothing(worker, rng):
     def step(context):
         device, job = device_of(context, worker), job_of(chosen)
         kept = render_frame(device, job, pipeline.Ticket())
-        forget(device, job)
+        forget(device)
         return kept, render_frame(device, job, pipeline.Ticket())
 
     for _ in range(60):
