@@ -44,7 +44,8 @@ FLOORS = {
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
     " < bake bare_passes remote < __init__",
-    "addon/pipeline/geometry": "closed clusters octahedral pools ranges surface_links < draw_list packing < store < __init__",
+    "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
+    " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
     "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"

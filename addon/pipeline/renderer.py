@@ -7,7 +7,7 @@ holds from the frame before (surfaces, projections, maps) is not made again.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
@@ -191,8 +191,10 @@ def _shade(
     samples = job.settings.shading.samples if "combined" in job.passes else 1
     data = combined = None
     if wants_data or samples == 1:
-        target = device.shade_target(job.size, wants_data)
-        _shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
+        target, wanted = device.shade_target(job.size, wants_data), _look(device, job, impostors)
+        if wanted is None or target.holds != wanted:
+            _shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
+            target.holds = wanted
         data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
         combined = read_texture(target.textures[0]) if samples == 1 and "combined" in job.passes else None
     if samples > 1:
@@ -206,7 +208,9 @@ def _mean_of_samples(
     """The combined image as the mean of several camera samples a pixel."""
     offsets = regular_grid(job.settings.shading.samples)
     shots = pictures(job.camera, job.size, offsets, device.context.info["GL_MAX_TEXTURE_SIZE"], spare_bytes(job.size, _wants_data(job)))
-    mean = device.mean(job.size)
+    mean, wanted = device.mean(job.size), _look(device, job, impostors)
+    if wanted is not None and mean.target.holds == wanted:
+        return read_texture(mean.target.textures[0])
     mean.clear()
     for i, (camera, side) in enumerate(shots):
         ticket.enter(0.7 + 0.25 * i / len(shots), "shade")
@@ -215,7 +219,16 @@ def _mean_of_samples(
         _draw_surfaces(device, job, draw_list, camera, impostors, gbuffer)
         _shade_once(device, job, camera, draw_list, plan, target, gbuffer, impostors, side)
         mean.add(device.programs, target.textures[0], side, len(offsets))
+    mean.target.holds = wanted
     return read_texture(mean.target.textures[0])
+
+
+def _look(device: Device, job: Job, impostors: ImpostorFrame | None) -> Hashable:
+    """What a shaded picture of the job's size depends on; None where that cannot be said: impostors have a life of their own."""
+    if impostors is not None:
+        return None
+    store, shown = device.store, None if job.shown is None else job.shown.tobytes()
+    return store.state, store.colors, job.camera.key, shown, None if job.light is None else job.light.key, job.settings
 
 
 def _shade_once(

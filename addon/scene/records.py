@@ -153,7 +153,8 @@ class Scene:
 
     @cached_property
     def _instance_bounds_ws(self) -> np.ndarray:
-        boxes = np.array([m.bounds_os for m in self.meshes]).reshape(-1, 2, 3)[self.instances.mesh_index].astype(np.float64)
+        corners = [m.bounds_os for m in self.meshes] or [np.empty((0, 3))]
+        boxes = np.concatenate(corners).reshape(-1, 2, 3)[self.instances.mesh_index].astype(np.float64)
         centre, half = boxes.mean(axis=1), (boxes[:, 1] - boxes[:, 0]) / 2
         m = self.instances.world_from_object
         c = np.einsum("iab,ib->ia", m[:, :3, :3], centre) + m[:, :3, 3]

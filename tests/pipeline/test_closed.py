@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from addon.maths.spaces import orthographic
-from addon.pipeline.geometry import store
+from addon.pipeline.geometry import parts, store
 from addon.pipeline.geometry.closed import closed_meshes
-from addon.pipeline.geometry.draw_list import Culling
+from addon.pipeline.geometry.culling import Culling
 from addon.pipeline.gl.context import GpuWorker
 from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
@@ -131,7 +131,7 @@ def test_pictures_and_maps_are_those_with_all_faces_drawn(monkeypatch, kind, eye
         partition={"kind": "none"}, fit={"size": 128}, warp={"kind": "uniform" if eye == "parallel" else "lispsm-general"}
     )
     for bake in (0, 10**9):
-        monkeypatch.setattr(store, "BAKE_TRIANGLES", bake)
+        monkeypatch.setattr(parts, "BAKE_TRIANGLES", bake)
         culled = drawn(SCENES[kind], EYES[eye], chosen)
         with monkeypatch.context() as whole:
             whole.setattr(store, "closed_meshes", lambda meshes: np.zeros(len(meshes), bool))

@@ -213,7 +213,7 @@ def test_baked_and_instanced_drawing_give_the_same_picture(renderer, monkeypatch
         scene.origin_ws,
     )
     reference = run(Job(many, CAMERA, SUN, SMALL, (96, 64), ("combined", "object", "normal")), on=renderer).frame.passes
-    monkeypatch.setattr("addon.pipeline.geometry.store.BAKE_TRIANGLES", bake)
+    monkeypatch.setattr("addon.pipeline.geometry.parts.BAKE_TRIANGLES", bake)
     fresh = Renderer(GpuWorker())
     other = run(Job(many, CAMERA, SUN, SMALL, (96, 64), ("combined", "object", "normal")), on=fresh).frame.passes
     fresh.worker.close()

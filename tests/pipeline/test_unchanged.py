@@ -1,5 +1,7 @@
 """What the GPU holds from the frame before is used again only when the picture is the same with and without it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,17 @@ from addon.settings.groups import Settings
 from tests import scenes
 
 SCENES = (scenes.railing(), scenes.chair())
+
+
+def changed(scene, **columns):
+    """The scene with other columns of its instances, by functions of the ones there are."""
+    new = {name: make(np.array(getattr(scene.instances, name))) for name, make in columns.items()}
+    return replace(scene, instances=replace(scene.instances, **new))
+
+
+RED = changed(SCENES[0], base_color=lambda c: c * [1.0, 0.2, 0.2, 1.0])
+LIFTED = changed(SCENES[0], world_from_object=lambda m: m + np.eye(4, k=1) * [[0.0], [0.0], [0.1], [0.0]])
+SCENES += (RED, LIFTED)
 CAMERAS = [scenes.look_at(eye, (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0) for eye in ((14.0, -16.0, 9.0), (-9.0, -12.0, 4.0))]
 LIGHTS = (scenes.sun(40.0), scenes.sun(15.0), None)
 CHANGES = {  # a job's field, or a group of the settings' fields
@@ -60,8 +73,10 @@ def forget(device):
     """As if the device had drawn nothing yet."""
     device.plan = None
     for kind, (_, kept) in device._kept.items():
-        if kind == "shadow" or kind.startswith("gbuffer"):
+        if kind == "shadow" or kind.startswith(("gbuffer", "shade")):
             kept.holds = None
+        elif kind == "mean":
+            kept.target.holds = None
 
 
 def differing(kept, anew):
@@ -98,6 +113,8 @@ def test_pictures_are_those_of_a_renderer_that_remembers_nothing(worker, rng):
         ("light", LIGHTS[1], ["maps"]),
         ("camera", CAMERAS[1], ["surfaces", "maps"]),
         ("scene", scenes.open_sheet(), ["surfaces", "maps"]),
+        ("scene", RED, []),
+        ("scene", LIFTED, ["surfaces", "maps"]),
     ],
 )
 def test_only_what_a_change_touches_is_drawn_again(worker, monkeypatch, name, value, drawn):
@@ -113,3 +130,21 @@ def test_only_what_a_change_touches_is_drawn_again(worker, monkeypatch, name, va
     seen.clear()
     worker.call(lambda context: render_frame(device_of(context, worker), job_of({**chosen, name: value}), pipeline.Ticket()))
     assert seen == drawn
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+def test_asked_again_nothing_is_drawn_and_nothing_shaded(worker, monkeypatch, samples):
+    chosen = {key: values[0] for key, values in CHANGES.items()} | {"shading": {"samples": samples}}
+
+    def asked(context):
+        device = device_of(context, worker)
+        shaded = []
+        with monkeypatch.context() as patch:
+            draw = device.shade_pass.draw
+            patch.setattr(device.shade_pass, "draw", lambda *a, **k: (shaded.append(1), draw(*a, **k))[1])
+            first, again = (render_frame(device, job_of(chosen), pipeline.Ticket()) for _ in range(2))
+        return shaded, differing(first, again)
+
+    worker.call(asked)
+    shaded, wrong = worker.call(asked)
+    assert shaded == [] and wrong == []

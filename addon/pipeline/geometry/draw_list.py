@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -15,6 +14,7 @@ from ...scene.records import Scene
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, set_uniforms
 from .clusters import clustered, longest_edge, runs, visible_boxes
+from .culling import Culling, back_faces_left_out
 from .pools import Pools
 
 ROWS_PER_SLOT = 4
@@ -54,29 +54,6 @@ class IndexRanges:
     start: np.ndarray
     is_closed: np.ndarray
     wholes_ws: np.ndarray
-
-
-@dataclass(frozen=True, slots=True)
-class Culling:
-    """Back faces of closed meshes are not drawn. `front`: how front faces are wound in the target, 'ccw' or 'cw'; `plane` (4,): only of
-    what lies all before it, plane·(x, 1) > 0: what the near plane cuts open, or what holds the eye, shows its inside."""
-
-    front: str
-    plane: np.ndarray
-
-    @classmethod
-    def by(cls, clip_from_world: np.ndarray, *, near: bool) -> Culling:
-        """That of a projection whose depth grows away from where it looks from; `near`: what lies before its near plane is cut off.
-
-        A matrix that turns space over, as a camera's does, keeps the winding that is seen.
-        """
-        rows = np.asarray(clip_from_world, np.float64)
-        return cls("ccw" if np.linalg.det(rows) < 0.0 else "cw", rows[3] + rows[2] if near else rows[3])
-
-    def allows(self, bounds_ws: np.ndarray) -> np.ndarray:
-        """(B,) bool: boxes (B, 2, 3) wholly before the plane."""
-        low, high = bounds_ws[:, 0], bounds_ws[:, 1]
-        return np.where(self.plane[:3] > 0.0, low, high) @ self.plane[:3] + self.plane[3] > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +159,7 @@ class DrawList:
         gap = MERGED_GAP if select is None and rows is None else 0
         sent = 0
         for is_culled, mask in self._by_culling(chosen.ranges, culling):
-            with _back_faces_left_out(self.context, culling if is_culled else None):
+            with back_faces_left_out(self.context, culling if is_culled else None):
                 sent += self._draw_ranges(baked, attributes, mask, barriers, gap)
         return sent + self._draw_groups(instanced, attributes, chosen.groups, culling)
 
@@ -294,7 +271,7 @@ class DrawList:
         firsts = np.cumsum([0, *(len(slots) for _, _, slots in drawn)]).tolist()
         sent = 0
         for front in (1, -1, 0):
-            with _back_faces_left_out(self.context, culling if front else None, mirrored=front < 0):
+            with back_faces_left_out(self.context, culling if front else None, mirrored=front < 0):
                 for (group, own, slots), cursor in zip(drawn, firsts, strict=False):
                     if own == front:
                         set_uniforms(program, u_first_triangle=group.first_index // 3, u_first_instance=cursor)
@@ -352,22 +329,6 @@ def _parts_by_culling(group: InstancedGroup, mask: np.ndarray, culling: Culling 
     for front, own in ((group.front, culled), (0, mask & ~culled)):
         if own.any():
             yield front, group.slots[own]
-
-
-@contextmanager
-def _back_faces_left_out(context: moderngl.Context, culling: Culling | None, *, mirrored: bool = False) -> Iterator[None]:
-    """While this lasts, if `culling` is given."""
-    if culling is None:
-        yield
-        return
-    other = {"ccw": "cw", "cw": "ccw"}
-    context.front_face = other[culling.front] if mirrored else culling.front
-    context.enable(moderngl.CULL_FACE)
-    try:
-        yield
-    finally:
-        context.disable(moderngl.CULL_FACE)
-        context.front_face = "ccw"
 
 
 def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np.ndarray, np.ndarray]:

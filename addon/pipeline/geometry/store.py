@@ -7,8 +7,7 @@ into clusters so that culling works inside them.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterator
 
 import moderngl
 import numpy as np
@@ -20,49 +19,26 @@ from .closed import closed_meshes
 from .clusters import morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .packing import Packed, cofactors, is_mirrored, packed
+from .parts import Part, batches, is_same_layout, joined, moved_ranges, plan, ranges_of
 from .pools import Pools
 from .ranges import Ranges
 from .surface_links import SurfaceLinks
 
-BAKE_TRIANGLES = 3000
-BATCH = 1 << 17  # triangles made ready at once
 INITIAL_VERTICES, INITIAL_INDICES = 1 << 16, 3 << 16
 
 
-@dataclass(slots=True)
-class _Part:
-    """A mesh in the pools: where it lies, and its clusters (bounds in the space it is stored in)."""
-
-    mesh: Mesh
-    first_vertex: int
-    vertex_count: int
-    first_index: int
-    index_count: int
-    slot: int
-    is_closed: bool
-    cluster_starts: np.ndarray | None = None
-    bounds: np.ndarray | None = None
-    longest_edges: np.ndarray | None = None
-    transform: np.ndarray | None = None
-
-    def take(self, batch: Packed, k: int, transform: np.ndarray | None) -> None:
-        """Note what mesh k of a batch has come to."""
-        rows = slice(batch.cluster_ends[k - 1] if k else 0, batch.cluster_ends[k])
-        self.cluster_starts, self.bounds, self.longest_edges = batch.starts[rows], batch.bounds[rows], batch.longest_edges[rows]
-        self.transform = transform
-
-
 class GeometryStore:
-    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene. `state` counts the scenes: equal, nothing changed.
+    """Uploads what is new, frees what is gone, and gives the `DrawList` of a scene.
 
-    `pools` counts how often the buffers were made afresh: a driver gives a freed buffer's name to the next one.
+    `state` counts changes of what stands where, `colors` those of the instance table alone: equal, nothing changed. `pools` counts how
+    often the buffers were made afresh: a driver gives a freed buffer's name to the next one.
     """
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._draw_list: DrawList | None = None
         self.uploaded_meshes = 0
-        self.state = self.pools = 0
+        self.state = self.colors = self.pools = 0
         self._begin()
 
     def _begin(self) -> None:
@@ -75,9 +51,11 @@ class GeometryStore:
         self.positions, self.normals, self.vertex_slots = (self._context.buffer(reserve=vertices * size) for size in (12, 4, 4))
         self.indices = self._context.buffer(reserve=self._indices.capacity * 4)
         self.links = SurfaceLinks(self._context)
-        self._parts: dict[Hashable, _Part] = {}
+        self._parts: dict[Hashable, Part] = {}
         self._closed: dict[Hashable, bool] = {}
         self._scene: Scene | None = None
+        self._placed: list[tuple[Part, int]] = []
+        self._instanced: dict[Hashable, np.ndarray] = {}
 
     def sync(self, scene: Scene) -> DrawList:
         """Bring the GPU to `scene` and return what to draw. The same scene costs nothing; unchanged meshes are not uploaded again.
@@ -86,26 +64,50 @@ class GeometryStore:
         """
         if scene is self._scene and self._draw_list is not None:
             return self._draw_list
-        self._scene, self.state = None, self.state + 1
+        before, self._scene = self._scene, None
         try:
             with allocating(self._context, "the meshes of this scene", "hide or simplify parts of it"):
-                return self._synced(scene)
+                if before is not None and is_same_layout(before, scene):
+                    self._update(before, scene)
+                else:
+                    self._rebuild(scene)
         except GpuError:
             self.release()
             self._begin()
             raise
+        self._scene = scene
+        return self._draw_list
 
-    def _synced(self, scene: Scene) -> DrawList:
-        baked, instanced = _plan(scene)
+    def _update(self, before: Scene, scene: Scene) -> None:
+        """The same meshes and instances: what moved is placed anew, the rest stays as it is."""
+        old, new = before.instances, scene.instances
+        moved = np.flatnonzero((old.world_from_object != new.world_from_object).any(axis=(1, 2)))
+        if len(moved) or not (np.array_equal(old.object_id, new.object_id) and np.array_equal(old.material_slot, new.material_slot)):
+            self.state += 1
+        self.colors += 1
+        ranges, groups = self._draw_list.ranges, self._draw_list.groups
+        if len(moved):
+            rows = np.fromiter((row for _, row in self._placed), np.int64, len(self._placed))
+            chosen = np.flatnonzero(np.isin(rows, moved))
+            chosen = chosen[np.argsort([self._placed[i][0].first_vertex for i in chosen], kind="stable")]
+            self._place([self._placed[i][0] for i in chosen], new.world_from_object[rows[chosen]])
+            ranges = moved_ranges(ranges, self._placed, chosen)
+            if len(chosen) < len(moved):
+                groups = self._groups(scene)
+        self._replace_draw_list(self._listed(scene, ranges, groups))
+
+    def _rebuild(self, scene: Scene) -> None:
+        self.state += 1
+        baked, instanced = plan(scene)
         self._free_missing({*baked, *instanced})
         self._learn_closed(scene)
         self._upload_baked(scene, {key: row for key, row in baked.items() if key not in self._parts})
         self._move_baked(scene, baked)
         missing = [key for key in instanced if key not in self._parts]
         self._upload(missing, [scene.meshes[int(scene.instances.mesh_index[instanced[key][0]])] for key in missing], None)
-        self._replace_draw_list(self._make_draw_list(scene, baked, instanced))
-        self._scene = scene
-        return self._draw_list
+        self._placed = sorted(((self._parts[key], row) for key, row in baked.items()), key=lambda item: item[0].first_index)
+        self._instanced = instanced
+        self._replace_draw_list(self._listed(scene, ranges_of(self._placed), self._groups(scene)))
 
     def _free_missing(self, wanted: set[Hashable]) -> None:
         gone = [self._parts.pop(key) for key in [key for key in self._parts if key not in wanted]]
@@ -113,14 +115,14 @@ class GeometryStore:
             self._vertices.free(part.first_vertex, part.vertex_count)
             self._indices.free(part.first_index, part.index_count)
             self._slots.free(part.slot, 1)
-        for first, count in _joined([(part.first_index, part.index_count) for part in gone]):
+        for first, count in joined([(part.first_index, part.index_count) for part in gone]):
             self.indices.write(bytes(4 * count), offset=4 * first)  # no triangles: can be drawn along
 
     def _learn_closed(self, scene: Scene) -> None:
         """Which meshes of the scene are closed; known ones are not looked at again."""
         new = [mesh for mesh in scene.meshes if mesh.key not in self._closed]
         known = {mesh.key: self._closed[mesh.key] for mesh in scene.meshes if mesh.key in self._closed}
-        for some in _batches(new):
+        for some in batches(new):
             known.update(zip((new[i].key for i in some), closed_meshes([new[i] for i in some]).tolist(), strict=True))
         self._closed = known
 
@@ -138,7 +140,7 @@ class GeometryStore:
 
     def _upload(self, keys: list[Hashable], meshes: list[Mesh], matrices: np.ndarray | None) -> None:
         """Upload meshes as they are placed by `matrices` (M, 4, 4), or in object space, one after the other in the pools."""
-        for some in _batches(meshes):
+        for some in batches(meshes):
             chosen = meshes[some[0] : some[-1] + 1]
             batch = packed(chosen, None if matrices is None else matrices[some[0] : some[-1] + 1])
             first_vertex, first_index = self._reserve_vertices(int(batch.vertex_ends[-1])), self._reserve_indices(int(batch.index_ends[-1]))
@@ -148,7 +150,7 @@ class GeometryStore:
             self.vertex_slots.write(np.repeat(np.arange(slots, slots + len(chosen), dtype=np.uint32), counts), offset=first_vertex * 4)
             self._write_vertices(batch, slice(None), first_vertex)
             for k, (i, mesh) in enumerate(zip(some, chosen, strict=True)):
-                part = _Part(mesh, first_vertex, len(mesh.positions), first_index, mesh.triangles.size, slots + k, self._closed[mesh.key])
+                part = Part(mesh, first_vertex, len(mesh.positions), first_index, mesh.triangles.size, slots + k, self._closed[mesh.key])
                 part.take(batch, k, None if matrices is None else matrices[i])
                 self._parts[keys[i]] = part
                 first_vertex += part.vertex_count
@@ -169,9 +171,9 @@ class GeometryStore:
         moved = moved[np.argsort([parts[i].first_vertex for i in moved], kind="stable")]
         self._place([parts[i] for i in moved], matrices[moved])
 
-    def _place(self, parts: list[_Part], matrices: np.ndarray) -> None:
+    def _place(self, parts: list[Part], matrices: np.ndarray) -> None:
         """Write the vertices of parts, in the order of the pool, as placed by `matrices` (P, 4, 4), and note their bounds."""
-        for some in _batches([part.mesh for part in parts]):
+        for some in batches([part.mesh for part in parts]):
             chosen = parts[some[0] : some[-1] + 1]
             batch = packed([part.mesh for part in chosen], matrices[some[0] : some[-1] + 1])
             for k, (i, part) in enumerate(zip(some, chosen, strict=True)):
@@ -182,31 +184,35 @@ class GeometryStore:
                     self.links.forget(part.first_index)
                 part.take(batch, k, matrices[i])
             at = 0
-            for first, count in _joined([(part.first_vertex, part.vertex_count) for part in chosen]):
+            for first, count in joined([(part.first_vertex, part.vertex_count) for part in chosen]):
                 self._write_vertices(batch, slice(at, at + count), first)
                 at += count
 
-    def _make_draw_list(self, scene: Scene, baked: dict[Hashable, int], instanced: dict[Hashable, np.ndarray]) -> DrawList:
-        placed = sorted(((self._parts[k], row) for k, row in baked.items()), key=lambda item: item[0].first_index)
+    def _listed(self, scene: Scene, ranges: IndexRanges, groups: list[InstancedGroup]) -> DrawList:
+        """The draw list of these, with the table of `scene`."""
         base = self._slots.capacity
-        rows_of_slot = np.full(base + sum(len(rows) for rows in instanced.values()), -1, np.int64)
-        if placed:
-            rows_of_slot[[p.slot for p, _ in placed]] = [row for _, row in placed]
-        bounds_ws = scene.instance_bounds_ws() if instanced else None
-        groups, cursor = [], base
-        for part, rows, front in self._group_parts(scene, instanced):
-            rows_of_slot[cursor : cursor + len(rows)] = rows
+        rows_of_slot = np.full(base + sum(len(group.slots) for group in groups), -1, np.int64)
+        rows_of_slot[ranges.slots] = ranges.rows
+        for group in groups:
+            rows_of_slot[group.slots] = group.rows
+        pools = Pools(self.positions, self.normals, self.vertex_slots, self.indices)
+        return DrawList.build(self._context, pools, scene, ranges, groups, rows_of_slot, base)
+
+    def _groups(self, scene: Scene) -> list[InstancedGroup]:
+        """The instanced meshes, their slots behind those of the baked ones."""
+        bounds_ws = scene.instance_bounds_ws() if self._instanced else None
+        groups, cursor = [], self._slots.capacity
+        for part, rows, front in self._group_parts(scene):
             slots = np.arange(cursor, cursor + len(rows), dtype=np.uint32)
             stretch = np.linalg.norm(scene.instances.world_from_object[rows, :3, :3], axis=(1, 2))
             edges = stretch * part.longest_edges.max()
             groups.append(InstancedGroup(part.first_index, part.index_count, slots, rows, bounds_ws[rows], edges, front))
             cursor += len(rows)
-        pools = Pools(self.positions, self.normals, self.vertex_slots, self.indices)
-        return DrawList.build(self._context, pools, scene, _ranges_of(placed), groups, rows_of_slot, base)
+        return groups
 
-    def _group_parts(self, scene: Scene, instanced: dict[Hashable, np.ndarray]) -> Iterator[tuple[_Part, np.ndarray, int]]:
+    def _group_parts(self, scene: Scene) -> Iterator[tuple[Part, np.ndarray, int]]:
         """The part, rows and `front` of every group: of a closed mesh, mirrored instances are a group of their own."""
-        for key, rows in instanced.items():
+        for key, rows in self._instanced.items():
             part = self._parts[key]
             mirrored = is_mirrored(scene.instances.world_from_object[rows]) & part.is_closed
             for front, own in ((part.is_closed * 1, rows[~mirrored]), (-1, rows[mirrored])):
@@ -264,49 +270,7 @@ class GeometryStore:
         for buffer in (self.positions, self.normals, self.vertex_slots, self.indices):
             buffer.release()
         self._parts.clear()
-        self._scene = None
-
-
-def _plan(scene: Scene) -> tuple[dict[Hashable, int], dict[Hashable, np.ndarray]]:
-    """Which instance rows are baked ({key: row}) and which meshes drawn instanced ({key: rows}).
-
-    Keys are ('baked', mesh key, occurrence) and ('instanced', mesh key); a mesh without instances is left out.
-    """
-    mesh_index = scene.instances.mesh_index
-    order = np.argsort(mesh_index, kind="stable")
-    starts = np.searchsorted(mesh_index[order], np.arange(len(scene.meshes) + 1))
-    baked: dict[Hashable, int] = {}
-    instanced: dict[Hashable, np.ndarray] = {}
-    for i, mesh in enumerate(scene.meshes):
-        rows = order[starts[i] : starts[i + 1]]
-        if len(rows) == 1 or len(rows) * len(mesh.triangles) <= BAKE_TRIANGLES:
-            baked.update((("baked", mesh.key, j), int(row)) for j, row in enumerate(rows))
-        elif len(rows):
-            instanced[("instanced", mesh.key)] = rows
-    return baked, instanced
-
-
-def _batches(meshes: Sequence[Mesh]) -> Iterator[range]:
-    """Indices of meshes that follow one another, together at most `BATCH` triangles unless it is one alone."""
-    start, size = 0, 0
-    for i, mesh in enumerate(meshes):
-        if size and size + len(mesh.triangles) > BATCH:
-            yield range(start, i)
-            start, size = i, 0
-        size += len(mesh.triangles)
-    if start < len(meshes):
-        yield range(start, len(meshes))
-
-
-def _joined(ranges: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Ranges (first, count), sorted, those that touch made one."""
-    out: list[tuple[int, int]] = []
-    for first, count in sorted(ranges):
-        if out and sum(out[-1]) == first:
-            out[-1] = out[-1][0], out[-1][1] + count
-        else:
-            out.append((first, count))
-    return out
+        self._placed, self._instanced, self._scene = [], {}, None
 
 
 def turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
@@ -314,32 +278,3 @@ def turned(normals: np.ndarray, transform: np.ndarray) -> np.ndarray:
     out = normals.astype(np.float64) @ cofactors(transform[None])[0].T
     length = np.linalg.norm(out, axis=1, keepdims=True)
     return (out / np.where(length > 0.0, length, 1.0)).astype(np.float32)
-
-
-def _ranges_of(placed: list[tuple[_Part, int]]) -> IndexRanges:
-    """Every cluster of the parts, in index order, with the instance row that each part belongs to."""
-    if not placed:
-        none = np.empty(0, np.int64)
-        return IndexRanges(none, none, none, np.empty((0, 2, 3)), np.empty(0), none, none, np.empty(0, bool), np.empty((0, 2, 3)))
-    parts = [part for part, _ in placed]
-    clusters = [len(p.cluster_starts) for p in parts]
-    firsts, counts = (np.array([getattr(p, name) for p in parts]) for name in ("first_index", "index_count"))
-    starts = np.concatenate([p.cluster_starts for p in parts])
-    first = np.repeat(firsts, clusters) + 3 * starts
-    ends = np.append(first[1:], 0)
-    last = np.cumsum(clusters) - 1
-    ends[last] = firsts + counts
-    bounds = np.concatenate([p.bounds for p in parts])
-    begins = last + 1 - clusters
-    wholes = np.stack([np.minimum.reduceat(bounds[:, 0], begins), np.maximum.reduceat(bounds[:, 1], begins)], axis=1)
-    return IndexRanges(
-        first,
-        ends - first,
-        np.repeat([row for _, row in placed], clusters),
-        bounds,
-        np.concatenate([p.longest_edges for p in parts]),
-        np.repeat([p.slot for p in parts], clusters),
-        starts,
-        np.repeat([p.is_closed for p in parts], clusters),
-        np.repeat(wholes, clusters, axis=0),
-    )

@@ -67,6 +67,7 @@ class Mean:
 
     def clear(self) -> None:
         """Begin anew."""
+        self.target.holds = None
         self.target.framebuffer.clear()
 
     def add(self, programs: Programs, picture: moderngl.Texture, side: int, samples: int) -> None:

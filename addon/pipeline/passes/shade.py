@@ -6,6 +6,7 @@ The depth test tells them apart before a shader runs: a software rasteriser runs
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable
 from functools import cache
 
 import moderngl
@@ -29,10 +30,14 @@ MOST_FOLLOWED = 64
 
 
 class ShadeTarget:
-    """`combined` RGBA32F; with `data` also errors (m, m_x, m_z, light), normal (xyz, view depth) and ids (object, map)."""
+    """`combined` RGBA32F; with `data` also errors (m, m_x, m_z, light), normal (xyz, view depth) and ids (object, map).
+
+    `holds` says what was shaded last, by whoever can say; None as soon as anything is.
+    """
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int], data: bool) -> None:
         self.size, self.data = size, data
+        self.holds: Hashable = None
         self.textures = [context.texture(size, 4, dtype="f4")]
         if data:
             self.textures += [
@@ -115,6 +120,7 @@ class ShadePass:
     def _cover(self, target: ShadeTarget, gbuffer: GBuffer, program: moderngl.Program, settings: Settings) -> None:
         """Run `program` where the G-buffer has a surface, and the background's where it has none."""
         context, depth = self._context, gbuffer.projection
+        target.holds = None
         background = self._programs.get("fullscreen.vert", "background.frag", DATA=target.data)
         set_uniforms(background, u_background=settings.shading.background)
         farther = {"<": ">", ">": "<"}[depth.nearer]

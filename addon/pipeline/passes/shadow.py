@@ -15,7 +15,8 @@ from ...maths.spaces import translation
 from ...settings.groups import ShadowTestChoice
 from ...settings.shadowing import SHADOW_TESTS
 from ..geometry.clusters import frustum_planes
-from ..geometry.draw_list import Culling, DrawList
+from ..geometry.culling import Culling
+from ..geometry.draw_list import DrawList
 from ..gl.allocation import freed_with
 from ..gl.gl_raw import GL_DEPTH_CLAMP, DepthArray, LayerFramebuffer, draw_vertices, id_array
 from ..gl.machine import check_maps

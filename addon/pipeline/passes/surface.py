@@ -10,7 +10,8 @@ import numpy as np
 from ...maths.anchored_camera import AnchoredCamera
 from ...maths.depth_projection import DepthProjection
 from ..geometry.clusters import frustum_planes
-from ..geometry.draw_list import Culling, DrawList
+from ..geometry.culling import Culling
+from ..geometry.draw_list import DrawList
 from ..gl.depth_buffer import has_clip_control, nearest_wins
 from ..gl.gl_raw import draw_vertices
 from ..gl.programs import Programs, set_uniforms
