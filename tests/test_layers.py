@@ -28,7 +28,7 @@ FLOORS = {
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras lights materials meshes < instances < marks < reader < __init__",
-    "addon/cli": "argument_types command exit_codes settings_file batch < shared_arguments < commands < parser run < inputs < main"
+    "addon/cli": "argument_types command exit_codes settings_file batch < rivals shared_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
@@ -43,7 +43,7 @@ FLOORS = {
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
-    " < bake bare_passes remote < __init__",
+    " < timing < bake bare_passes remote < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",

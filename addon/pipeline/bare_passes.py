@@ -5,8 +5,6 @@ Worker thread only.
 
 from __future__ import annotations
 
-import time
-
 import moderngl
 import numpy as np
 
@@ -14,10 +12,11 @@ from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
 from ..scene.records import Scene
 from .device import Device
-from .gl.gl_raw import GL_DEPTH_CLAMP
+from .gl.gl_raw import GL_DEPTH_CLAMP, finish
 from .gl.programs import matrix_bytes, set_uniforms
 from .job import Job
-from .renderer import Ticket, render_frame
+from .renderer import Ticket
+from .timing import Cost, costed_frame, costing
 
 
 class BarePasses:
@@ -36,9 +35,9 @@ class BarePasses:
         )
         self._depth_array = context.vertex_array(self.depth, [(p, "3f4", "in_position")], index_buffer=i)
 
-    def draw(self, camera: Camera, plan: ShadowPlan, size: tuple[int, int], map_size: int) -> float:
-        """Draw all passes and wait for them; milliseconds."""
-        context, begin = self._device.context, time.perf_counter()
+    def draw(self, camera: Camera, plan: ShadowPlan, size: tuple[int, int], map_size: int) -> None:
+        """Draw all passes and wait for them."""
+        context = self._device.context
         target = self._device.gbuffer(size)
         target.use()
         target.framebuffer.clear()
@@ -58,8 +57,7 @@ class BarePasses:
             set_uniforms(self.depth, u_clip_from_world=matrix_bytes(projection.clip_from_world))
             self._depth_array.render()
         context.disable_direct(GL_DEPTH_CLAMP)
-        context.finish()
-        return (time.perf_counter() - begin) * 1e3
+        finish(context)
 
     def release(self) -> None:
         """Free the buffers."""
@@ -91,11 +89,13 @@ def _kept(device: Device) -> _Kept:
     return device.attached("bare passes", lambda: _Kept(device))
 
 
-def timed(device: Device, job: Job, ticket: Ticket) -> tuple[float, float]:
-    """Milliseconds of the frame and of the bare passes of the same scene and view (a task of the renderer)."""
-    frame = render_frame(device, job, ticket)
+def timed(device: Device, job: Job, ticket: Ticket) -> tuple[Cost, Cost]:
+    """What the frame and the bare passes of the same scene and view cost (a task of the renderer)."""
+    frame, ours = costed_frame(device, job, ticket)
     bare = _kept(device).of(job.scene)
-    return ticket.timing_ms["total"], bare.draw(job.camera, frame.plan, job.size, job.settings.fit.size)
+    with costing() as cost:
+        bare.draw(job.camera, frame.plan, job.size, job.settings.fit.size)
+    return ours, cost[0]
 
 
 def forget(device: Device, _job: Job, _ticket: Ticket) -> None:

@@ -1,13 +1,14 @@
-"""`bench`: frame times of this program beside the bare passes of everything and beside Blender's own engines, interleaved in one run.
+"""`bench`: what a frame of this program costs beside the bare passes of everything and beside Blender's own engines, in turns in one run.
 
-What is compared is the same scene, size and moving camera. Ratios of medians are what counts: absolute times belong to a machine.
+What is compared is the same scene, size, samples, light with shadows, and moving camera; pipeline against bare passes, and F12 against F12.
+Ratios of medians are what counts: absolute times belong to a machine. Processor time is that of all threads together.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from statistics import median
@@ -17,6 +18,7 @@ import numpy as np
 
 from ...maths.view import Camera
 from ...pipeline.job import Job
+from ...pipeline.timing import FrameCost, cost_of_frame, costing
 from ...studies.outputs import write_json
 from ...studies.run import renderer
 from ...studies.terminal import complain
@@ -38,6 +40,8 @@ if TYPE_CHECKING:
 
 LEFT_OUT = "bare passes: left out, they come with the source only; from a checkout ./dev bench times them too"
 ORBIT_STEP_RAD = np.radians(1.0)
+OURS_F12 = "ours, F12"
+NOTHING_F12 = "Blender alone, F12"
 RIVALS = ("workbench", "cycles", "eevee")
 EXAMPLE_TRIANGLES = 1_000_000
 
@@ -79,95 +83,83 @@ def run(
     renderer: Renderer | RemoteRenderer,
     say: Callable[[str], None],
 ) -> dict[str, object]:
-    """Times in ms of every contestant for the job's picture, its camera moved every frame; their medians, and the medians' ratios to ours.
+    """What every contestant costs for the job's picture, its camera moved every frame; the medians, and ours over those of the others.
 
-    The first frame is not counted.
+    With `rivals` also the F12 of ours and one that draws nothing, in the same scene. The first frame is not counted.
     """
-    times: dict[str, list[float]] = {}
-    for number, camera in enumerate(cameras(job, frames)):
-        measured = _own_times(replace(job, camera=camera), renderer)
-        for rival in rivals:
-            measured[rival] = _rival_time(blender_scene, rival, job, camera)
-        if number:
-            for name, value in measured.items():
-                times.setdefault(name, []).append(value)
-        say(
-            f"frame {number}: " + ", ".join(f"{name} {value:.0f} ms" for name, value in measured.items()) + ("" if number else " (warm-up)")
-        )
+    from .. import rivals as others
+
+    costs: dict[str, list[FrameCost]] = {}
+    samples, origin = job.settings.shading.samples, job.scene.origin_ws
+    with others.prepared(blender_scene, job.size, samples, job.light, origin) if rivals else nullcontext():
+        for number, camera in enumerate(cameras(job, frames)):
+            measured = _own_costs(replace(job, camera=camera), renderer)
+            if rivals:
+                measured[OURS_F12] = _own_f12(blender_scene, replace(job, camera=camera))
+                measured[NOTHING_F12] = others.cost_of(blender_scene, others.NOTHING, camera, origin)
+                measured |= {rival: others.cost_of(blender_scene, rival, camera, origin) for rival in rivals}
+            if number:
+                for name, cost in measured.items():
+                    costs.setdefault(name, []).append(cost)
+            line = ", ".join(f"{name} {cost.wall_ms:.0f} ms" for name, cost in measured.items())
+            say(f"frame {number}: {line}{'' if number else ' (warm-up)'}")
     if bare_passes is not None:
         renderer.submit(job, bare_passes.forget)[0].result()
-    medians = {name: median(values) for name, values in times.items()}
     return {
         "triangles": job.scene.triangle_count,
         "instances": len(job.scene.instances),
         "size": list(job.size),
+        "samples": samples,
         "map_size": job.settings.fit.size,
         "frames": frames,
-        "times_ms": times,
-        "median_ms": medians,
+        **_summary(costs, "wall_ms", ""),
+        **_summary(costs, "cpu_ms", "cpu_"),
         "left_out": [] if bare_passes else [LEFT_OUT],
-        "ours_over": {name: medians["ours"] / value for name, value in medians.items() if name != "ours"},
     }
 
 
-def _own_times(job: Job, renderer: Renderer | RemoteRenderer) -> dict[str, float]:
-    """Milliseconds of our frame and, where they are at hand, of the bare passes."""
+def _summary(costs: dict[str, list[FrameCost]], kind: str, prefix: str) -> dict[str, object]:
+    """Times, medians and ratios of one kind of time; pipelines are compared with the pipeline, F12s with the F12."""
+    times = {name: [getattr(cost, kind) for cost in own] for name, own in costs.items()}
+    medians = {name: median(values) for name, values in times.items()}
+    pipeline = ("ours", "bare passes")
+    ratios = {name: medians["ours" if name in pipeline else OURS_F12] / value for name, value in medians.items() if value > 0.0}
+    ratios = {name: ratio for name, ratio in ratios.items() if name not in ("ours", OURS_F12)}
+    return {f"times_{prefix}ms": times, f"median_{prefix}ms": medians, f"ours_over{'_cpu' * bool(prefix)}": ratios}
+
+
+def _own_costs(job: Job, renderer: Renderer | RemoteRenderer) -> dict[str, FrameCost]:
+    """What our frame and, where they are at hand, the bare passes cost."""
     if bare_passes is None:
-        return {"ours": renderer.submit(job)[0].result().timing_ms["total"]}
+        return {"ours": renderer.submit(job, cost_of_frame)[0].result()}
     ours, plain = renderer.submit(job, bare_passes.timed)[0].result()
     return {"ours": ours, "bare passes": plain}
 
 
-def _rival_time(scene: bpy.types.Scene, rival: str, job: Job, camera: Camera) -> float:
-    """Milliseconds of one render of Blender's own engine, the camera moved first."""
-    import bpy
+def _own_f12(scene: bpy.types.Scene, job: Job) -> FrameCost:
+    """What an F12 with our engine costs: reading the scene, the picture, and handing it to Blender."""
+    from ...blender.render_wish import RenderWish
+    from ...blender.rendering import render
+    from ..rivals import place_camera
 
-    engines = {"workbench": ("BLENDER_WORKBENCH",), "cycles": ("CYCLES",), "eevee": ("BLENDER_EEVEE_NEXT", "BLENDER_EEVEE")}
-    _prepare_rival(scene, rival, engines[rival], job.size)
-    _place_camera(scene, camera, job.scene.origin_ws)
-    begin = time.perf_counter()
-    bpy.ops.render.render(scene=scene.name)
-    return (time.perf_counter() - begin) * 1e3
-
-
-def _prepare_rival(scene: bpy.types.Scene, rival: str, engines: tuple[str, ...], size: tuple[int, int]) -> None:
-    known = scene.render.bl_rna.properties["engine"].enum_items.keys() if rival != "cycles" else ("CYCLES",)
-    scene.render.engine = next((e for e in engines if e in known), engines[-1])
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = *size, 100
-    if rival == "cycles":
-        scene.cycles.samples, scene.cycles.use_denoising, scene.render.use_persistent_data = 1, False, True
-    elif rival == "eevee":
-        scene.eevee.taa_render_samples = 1
-    else:
-        scene.display.shading.show_shadows, scene.display.render_aa = True, "OFF"
-
-
-def _place_camera(scene: bpy.types.Scene, camera: Camera, origin_ws: np.ndarray) -> None:
-    """Put the scene's camera (made if there is none) where `camera` is."""
-    import bpy
-    from mathutils import Matrix
-
-    ob = scene.camera
-    if ob is None:
-        ob = bpy.data.objects.new("Bench camera", bpy.data.cameras.new("Bench camera"))
-        scene.collection.objects.link(ob)
-        scene.camera = ob
-    placed = camera.world_from_view.copy()
-    placed[:3, 3] += origin_ws
-    ob.matrix_world = Matrix(placed.tolist())
-    ob.data.sensor_fit = "VERTICAL"
-    ob.data.angle_y = 2.0 * camera.half_fov_rad
-    ob.data.clip_start, ob.data.clip_end = camera.near, camera.far
+    place_camera(scene, job.camera, job.scene.origin_ws)
+    wish = RenderWish(job.name, ("combined",), settings=job.settings, size=job.size, light=lambda *_: job.light)
+    with costing() as cost:
+        render(scene, wish)
+    return cost[0]
 
 
 def text_table(result: dict[str, object]) -> str:
     """The result for people."""
     head = (
         f"{result['triangles']:,} triangles in {result['instances']:,} instances, {result['size'][0]}×{result['size'][1]}, "
-        f"maps of {result['map_size']}², {result['frames']} frames, camera moved each frame"
+        f"samples {result['samples']}, maps of {result['map_size']}², {result['frames']} frames, camera moved each frame"
     )
-    rows = [f"{'ours':<14}{result['median_ms']['ours']:>10.0f} ms"]
-    rows += [f"{name:<14}{result['median_ms'][name]:>10.0f} ms   ours = {ratio:.2f} × this" for name, ratio in result["ours_over"].items()]
+    rows = [f"{'':<20}{'wall ms':>10}{'processor ms':>14}   ours over it (wall, processor)"]
+    for name, wall in result["median_ms"].items():
+        ratios = [result[kind].get(name) for kind in ("ours_over", "ours_over_cpu")]
+        told = "   " + ", ".join(f"{ratio:.2f}" for ratio in ratios) if None not in ratios else ""
+        rows.append(f"{name:<20}{wall:>10.0f}{result['median_cpu_ms'][name]:>14.0f}{told}")
     return "\n".join([head, *rows, *result["left_out"]])
 
 
