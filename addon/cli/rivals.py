@@ -15,7 +15,7 @@ from mathutils import Matrix, Vector
 
 from ..blender.rendering import restored
 from ..maths.view import Camera, Light
-from ..pipeline.timing import Cost, costing
+from ..pipeline.timing import FrameCost, costing
 
 ENGINES = {"workbench": ("BLENDER_WORKBENCH",), "cycles": ("CYCLES",), "eevee": ("BLENDER_EEVEE_NEXT", "BLENDER_EEVEE")}
 NOTHING = "nothing"
@@ -97,7 +97,7 @@ def _lamp(light: Light, origin_ws: np.ndarray) -> bpy.types.Object:
     return ob
 
 
-def cost_of(scene: bpy.types.Scene, rival: str, camera: Camera, origin_ws: np.ndarray) -> Cost:
+def cost_of(scene: bpy.types.Scene, rival: str, camera: Camera, origin_ws: np.ndarray) -> FrameCost:
     """What one F12 with that engine costs, the camera moved first. Inside `prepared` only."""
     known = scene.render.bl_rna.properties["engine"].enum_items.keys()
     names = (_NothingEngine.bl_idname,) if rival == NOTHING else ENGINES[rival]

@@ -16,7 +16,7 @@ from .gl.gl_raw import GL_DEPTH_CLAMP, finish
 from .gl.programs import matrix_bytes, set_uniforms
 from .job import Job
 from .renderer import Ticket
-from .timing import Cost, costed_frame, costing
+from .timing import FrameCost, costed_frame, costing
 
 
 class BarePasses:
@@ -89,7 +89,7 @@ def _kept(device: Device) -> _Kept:
     return device.attached("bare passes", lambda: _Kept(device))
 
 
-def timed(device: Device, job: Job, ticket: Ticket) -> tuple[Cost, Cost]:
+def timed(device: Device, job: Job, ticket: Ticket) -> tuple[FrameCost, FrameCost]:
     """What the frame and the bare passes of the same scene and view cost (a task of the renderer)."""
     frame, ours = costed_frame(device, job, ticket)
     bare = _kept(device).of(job.scene)

@@ -14,7 +14,7 @@ from .job import Job
 from .renderer import Ticket, render_frame
 
 
-class Cost(NamedTuple):
+class FrameCost(NamedTuple):
     """Milliseconds: on the wall, and of all processors together (user and system, all threads of the process)."""
 
     wall_ms: float = 0.0
@@ -22,14 +22,14 @@ class Cost(NamedTuple):
 
 
 @contextmanager
-def costing() -> Iterator[list[Cost]]:
+def costing() -> Iterator[list[FrameCost]]:
     """A list that holds, afterwards, what was done meanwhile cost."""
     out, wall, cpu = [], time.perf_counter(), time.process_time()
     yield out
-    out.append(Cost((time.perf_counter() - wall) * 1e3, (time.process_time() - cpu) * 1e3))
+    out.append(FrameCost((time.perf_counter() - wall) * 1e3, (time.process_time() - cpu) * 1e3))
 
 
-def costed_frame(device: Device, job: Job, ticket: Ticket) -> tuple[Frame, Cost]:
+def costed_frame(device: Device, job: Job, ticket: Ticket) -> tuple[Frame, FrameCost]:
     """The frame, and what it cost until the GPU had done with it."""
     with costing() as cost:
         frame = render_frame(device, job, ticket)
@@ -37,6 +37,6 @@ def costed_frame(device: Device, job: Job, ticket: Ticket) -> tuple[Frame, Cost]
     return frame, cost[0]
 
 
-def cost_of_frame(device: Device, job: Job, ticket: Ticket) -> Cost:
+def cost_of_frame(device: Device, job: Job, ticket: Ticket) -> FrameCost:
     """What the frame cost; the frame stays where it is."""
     return costed_frame(device, job, ticket)[1]

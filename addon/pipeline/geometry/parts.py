@@ -16,7 +16,7 @@ BATCH = 1 << 17  # triangles made ready at once
 
 
 @dataclass(slots=True)
-class Part:
+class PooledMesh:
     """A mesh in the pools: where it lies, and its clusters (bounds in the space it is stored in)."""
 
     mesh: Mesh
@@ -87,7 +87,7 @@ def joined(ranges: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
     return out
 
 
-def ranges_of(placed: list[tuple[Part, int]]) -> IndexRanges:
+def ranges_of(placed: list[tuple[PooledMesh, int]]) -> IndexRanges:
     """Every cluster of the parts, in index order, with the instance row that each part belongs to."""
     if not placed:
         none = np.empty(0, np.int64)
@@ -116,7 +116,7 @@ def ranges_of(placed: list[tuple[Part, int]]) -> IndexRanges:
     )
 
 
-def moved_ranges(ranges: IndexRanges, placed: list[tuple[Part, int]], moved: np.ndarray) -> IndexRanges:
+def moved_ranges(ranges: IndexRanges, placed: list[tuple[PooledMesh, int]], moved: np.ndarray) -> IndexRanges:
     """`ranges_of(placed)` when those at `moved` stand elsewhere than when `ranges` was made."""
     ends = np.cumsum([len(part.cluster_starts) for part, _ in placed])
     bounds, edges, wholes = ranges.bounds_ws.copy(), ranges.longest_edge_m.copy(), ranges.wholes_ws.copy()

@@ -19,7 +19,7 @@ from .closed import closed_meshes
 from .clusters import morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .packing import Packed, cofactors, is_mirrored, packed
-from .parts import Part, batches, is_same_layout, joined, moved_ranges, plan, ranges_of
+from .parts import PooledMesh, batches, is_same_layout, joined, moved_ranges, plan, ranges_of
 from .pools import Pools
 from .ranges import Ranges
 from .surface_links import SurfaceLinks
@@ -51,10 +51,10 @@ class GeometryStore:
         self.positions, self.normals, self.vertex_slots = (self._context.buffer(reserve=vertices * size) for size in (12, 4, 4))
         self.indices = self._context.buffer(reserve=self._indices.capacity * 4)
         self.links = SurfaceLinks(self._context)
-        self._parts: dict[Hashable, Part] = {}
+        self._parts: dict[Hashable, PooledMesh] = {}
         self._closed: dict[Hashable, bool] = {}
         self._scene: Scene | None = None
-        self._placed: list[tuple[Part, int]] = []
+        self._placed: list[tuple[PooledMesh, int]] = []
         self._instanced: dict[Hashable, np.ndarray] = {}
 
     def sync(self, scene: Scene) -> DrawList:
@@ -150,7 +150,9 @@ class GeometryStore:
             self.vertex_slots.write(np.repeat(np.arange(slots, slots + len(chosen), dtype=np.uint32), counts), offset=first_vertex * 4)
             self._write_vertices(batch, slice(None), first_vertex)
             for k, (i, mesh) in enumerate(zip(some, chosen, strict=True)):
-                part = Part(mesh, first_vertex, len(mesh.positions), first_index, mesh.triangles.size, slots + k, self._closed[mesh.key])
+                part = PooledMesh(
+                    mesh, first_vertex, len(mesh.positions), first_index, mesh.triangles.size, slots + k, self._closed[mesh.key]
+                )
                 part.take(batch, k, None if matrices is None else matrices[i])
                 self._parts[keys[i]] = part
                 first_vertex += part.vertex_count
@@ -171,7 +173,7 @@ class GeometryStore:
         moved = moved[np.argsort([parts[i].first_vertex for i in moved], kind="stable")]
         self._place([parts[i] for i in moved], matrices[moved])
 
-    def _place(self, parts: list[Part], matrices: np.ndarray) -> None:
+    def _place(self, parts: list[PooledMesh], matrices: np.ndarray) -> None:
         """Write the vertices of parts, in the order of the pool, as placed by `matrices` (P, 4, 4), and note their bounds."""
         for some in batches([part.mesh for part in parts]):
             chosen = parts[some[0] : some[-1] + 1]
@@ -210,7 +212,7 @@ class GeometryStore:
             cursor += len(rows)
         return groups
 
-    def _group_parts(self, scene: Scene) -> Iterator[tuple[Part, np.ndarray, int]]:
+    def _group_parts(self, scene: Scene) -> Iterator[tuple[PooledMesh, np.ndarray, int]]:
         """The part, rows and `front` of every group: of a closed mesh, mirrored instances are a group of their own."""
         for key, rows in self._instanced.items():
             part = self._parts[key]
