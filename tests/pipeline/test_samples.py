@@ -83,7 +83,8 @@ def test_asked_again_with_the_same_surfaces_nothing_is_drawn_but_light(renderer,
     drawn = []
     draw = pipeline.draw_gbuffer
     monkeypatch.setattr(pipeline, "draw_gbuffer", lambda *a: (drawn.append(a[2].size), draw(*a))[1])
-    job = Job(scenes.chair(), CAMERA, scenes.sun(40.0), Settings().replaced(fit={"size": 64}, shading={"samples": samples}), SIZE)
+    chosen = Settings().replaced(fit={"size": 64}, shading={"samples": samples})
+    job = Job(scenes.chair(), CAMERA, scenes.sun(40.0), chosen, (40 + samples, 30))  # a size that no other test has drawn
     first = run(job, on=renderer).frame.passes["combined"]
     assert len(drawn) == (1 if samples == 1 else 2)
     run(replace(job, light=scenes.sun(20.0)), on=renderer)
