@@ -2,6 +2,8 @@
 
 import errno
 import io
+import os
+import pickle
 import signal
 import subprocess
 import time
@@ -19,7 +21,9 @@ from addon.pipeline.gl.machine import Machine
 from addon.pipeline.job import Job
 from addon.pipeline.remote.child import Server
 from addon.pipeline.remote.renderer import RemoteRenderer
+from addon.pipeline.remote.words import receive, send
 from addon.pipeline.render_passes import DATA_PASSES
+from addon.scene.child_python import started
 from addon.scene.records import Instances, Scene
 from addon.settings.groups import Settings
 from addon.studies.impostors.asked import choice_for, whole
@@ -126,6 +130,36 @@ def test_a_frame_asked_of_a_process_that_is_dead_already_is_made_by_the_next(rem
     for future in futures:
         assert future.result(WAIT_S).passes["combined"].shape == (32, 48, 4)
     assert remote._child is not child
+
+
+class Evil:
+    """What a message must not be: a call."""
+
+    def __init__(self, call, *arguments):
+        self.call = call, arguments
+
+    def __reduce__(self):
+        return self.call
+
+
+@pytest.mark.parametrize("call", [(os.mkdir, "made"), (print, "said"), (started, "pipeline.remote.child", (), ()), (replace, 1)])
+@pytest.mark.parametrize("takes_tasks", [False, True])
+def test_a_message_calls_nothing(call, takes_tasks):
+    stream = io.BytesIO()
+    send(stream, ("done", Evil(*call)))
+    stream.seek(0)
+    with pytest.raises(pickle.UnpicklingError, match="is not for messages"):
+        receive(stream, "addon", takes_tasks)
+
+
+def test_tasks_are_taken_only_where_they_are_done():
+    stream = io.BytesIO()
+    send(stream, ("render", bake_all))
+    stream.seek(0)
+    assert receive(stream, "addon", takes_tasks=True) == ("render", bake_all)
+    stream.seek(0)
+    with pytest.raises(pickle.UnpicklingError):
+        receive(stream, "addon")
 
 
 class Deaf(io.BytesIO):

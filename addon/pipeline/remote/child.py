@@ -85,7 +85,7 @@ def main(peer: str) -> None:
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     server = Server(out)
-    while (message := receive(sys.stdin.buffer, peer)) is not None:
+    while (message := receive(sys.stdin.buffer, peer, takes_tasks=True)) is not None:
         server.take(message)
     shutdown()
     with suppress(OSError):  # the last answer, where nobody reads it

@@ -11,6 +11,7 @@ from collections.abc import Callable, Hashable
 from concurrent.futures import Future, InvalidStateError
 from contextlib import suppress
 from dataclasses import replace
+from pickle import UnpicklingError
 from queue import SimpleQueue
 from threading import Lock, Thread
 from typing import NamedTuple
@@ -122,9 +123,13 @@ class _Child:
         return "render", number, replace(job, scene=None), task, arguments
 
     def _read(self) -> None:
-        with suppress(OSError, EOFError):
+        try:
             while (message := receive(self.process.stdout, PEER)) is not None:
                 self._take(*message)
+        except UnpicklingError:  # it says what no message may
+            self.process.kill()
+        except (OSError, EOFError):  # it has ended
+            pass
         self.process.stdout.close()
         code = self.process.wait()
         with self._lock:

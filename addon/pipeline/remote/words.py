@@ -1,27 +1,48 @@
 """What the two ends of a renderer in its own process say to each other: pickles behind their length.
 
-Both ends are this package, but Blender gives it a longer name: classes are looked up under the name it has at the reading end.
+Both ends are this package, but Blender gives it a longer name: classes are looked up under the name it has at the reading end. A message
+makes nothing but arrays and records and errors of this package; tasks, which are functions, are taken only by the end that does them.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import pickle
 import struct
+from enum import Enum
+from types import FunctionType
 from typing import BinaryIO
+
+from ...errors import UserError
 
 PACKAGE = __package__.removesuffix(".pipeline.remote")
 _LENGTH = struct.Struct("<Q")
 
 
+_ARRAYS = {("numpy", "dtype"), ("numpy", "ndarray")} | {
+    (f"numpy.{core}.{module}", name)
+    for core in ("_core", "core")
+    for module, name in (("multiarray", "scalar"), ("multiarray", "_reconstruct"), ("numeric", "_frombuffer"))
+}
+
+
 class _Unpickler(pickle.Unpickler):
-    def __init__(self, stream: BinaryIO, peer: str) -> None:
+    def __init__(self, stream: BinaryIO, peer: str, takes_tasks: bool) -> None:
         super().__init__(stream)
-        self._peer = peer
+        self._peer, self._takes_tasks = peer, takes_tasks
 
     def find_class(self, module: str, name: str) -> object:
-        if module.startswith(self._peer + "."):
-            module = PACKAGE + module.removeprefix(self._peer)
-        return super().find_class(module, name)
+        if (module, name) in _ARRAYS:
+            return super().find_class(module, name)
+        if not module.startswith(self._peer + ".") or "." in name:
+            raise pickle.UnpicklingError(f"{module}.{name} is not for messages")
+        found = super().find_class(PACKAGE + module.removeprefix(self._peer), name)
+        is_ours = getattr(found, "__module__", "").startswith(PACKAGE + ".")
+        is_data = isinstance(found, type) and (dataclasses.is_dataclass(found) or issubclass(found, tuple | Enum | UserError))
+        is_task = self._takes_tasks and isinstance(found, FunctionType) and found.__module__.startswith(PACKAGE + ".pipeline.")
+        if not (is_ours and (is_data or is_task)):
+            raise pickle.UnpicklingError(f"{module}.{name} is not for messages")
+        return found
 
 
 def send(stream: BinaryIO, message: tuple) -> None:
@@ -32,12 +53,15 @@ def send(stream: BinaryIO, message: tuple) -> None:
     stream.flush()
 
 
-def receive(stream: BinaryIO, peer: str) -> tuple | None:
-    """The next message of the process whose package is called `peer`; None at the end of the stream."""
+def receive(stream: BinaryIO, peer: str, takes_tasks: bool = False) -> tuple | None:
+    """The next message of the process whose package is called `peer`; None at the end of the stream.
+
+    Raises `pickle.UnpicklingError` for what names anything else than data, or tasks where `takes_tasks`.
+    """
     head = stream.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         return None
-    return _Unpickler(_Limited(stream, _LENGTH.unpack(head)[0]), peer).load()
+    return _Unpickler(_Limited(stream, _LENGTH.unpack(head)[0]), peer, takes_tasks).load()
 
 
 class _Limited:
