@@ -115,9 +115,10 @@ def preset_table(_names: list[str]) -> str:
 
 def pass_table(_names: list[str]) -> str:
     """The passes: name, the array in a result and in .npz, what it holds, and what Blender's render layers call it."""
-    rows = [
-        (f"`{row.name}`", f"`{row.array}` {row.shape}", row.text, row.blender.name if row.blender else "") for row in RENDER_PASSES.values()
-    ]
+    rows = []
+    for row in RENDER_PASSES.values():
+        text = row.text if row.is_usual else f"{row.text} (where asked for)"
+        rows.append((f"`{row.name}`", f"`{row.array}` {row.shape}", text, row.blender.name if row.blender else ""))
     return table(("Pass", "Array", "What it holds", "In Blender"), rows)
 
 

@@ -72,7 +72,5 @@ def _alpha(image: imbuf.types.ImBuf) -> np.ndarray:
             bpy.data.images.remove(loaded)
     except (OSError, RuntimeError) as error:
         reason = " ".join(str(error).split())
-        raise OutputError(
-            f"No temporary file can be written to {gettempdir()} ({reason}): free space there, or set TMPDIR."
-        ) from error
+        raise OutputError(f"No temporary file can be written to {gettempdir()} ({reason}): free space there, or set TMPDIR.") from error
     return values.reshape(height, width, 4)[..., 3]

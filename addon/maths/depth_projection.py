@@ -16,7 +16,7 @@ from .view import Camera
 
 REFINED = 8  # boxes at either end of an orthographic view that are cut to what it shows
 SLACK = 1e-6  # of the distance, by which near and far stand off what is seen
-MARGIN = 0.02  # of the range besides: what is drawn instead of an object may reach a little beyond its box
+RANGE_MARGIN = 0.02  # of the range besides: what is drawn instead of an object may reach a little beyond its box
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def fitted(camera: Camera, bounds_ws: np.ndarray) -> DepthProjection:
         near, far = _refined(camera, planes, bounds_ws[shown], low[shown]), -_refined(camera, planes, bounds_ws[shown], -high[shown], -1.0)
         if not (near <= far and near < camera.far and far > camera.near):
             return whole(camera)
-    slack = SLACK * max(abs(near), abs(far), far - near) + MARGIN * (far - near)
+    slack = SLACK * max(abs(near), abs(far), far - near) + RANGE_MARGIN * (far - near)
     before = near - slack if camera.is_orthographic else max(near - slack, 0.5 * near)
     return _between(camera, max(before, camera.near), min(far + slack, camera.far))
 

@@ -61,16 +61,17 @@ def rotation(axis: np.ndarray, angle_rad: float, point: np.ndarray = (0.0, 0.0, 
 def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray = (0.0, 0.0, 1.0)) -> np.ndarray:
     """`view_from_world` of a camera at `eye_ws` that looks at `target_ws`.
 
-    Where `up_ws` is parallel to the view, the world axis least aligned with the view takes its place, so the result is always rigid.
+    Where `up_ws` lies along the line of sight, world Y (or X) stands in for it, so that the result is always rigid.
     Raises `SettingsError` when eye and target coincide.
     """
     eye, forward = np.asarray(eye_ws, np.float64), np.subtract(target_ws, eye_ws, dtype=np.float64)
-    length = np.linalg.norm(forward)
-    require(bool(length > 0.0), "The camera's eye and target coincide: move one of them.")
+    length = float(np.linalg.norm(forward))
+    require(0.0 < length < np.inf, "The camera's eye and target are the same point: move one of them.")
     forward /= length
-    right = np.cross(forward, up_ws)
-    if not np.linalg.norm(right) > 1e-9 * np.linalg.norm(up_ws):
-        right = np.cross(forward, np.eye(3)[np.argmin(np.abs(forward))])
+    for up in (up_ws, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
+        right = np.cross(forward, up)
+        if np.linalg.norm(right) > 1e-6 * np.linalg.norm(up):
+            break
     right /= np.linalg.norm(right)
     out = np.eye(4)
     out[:3, :3] = right, np.cross(right, forward), -forward

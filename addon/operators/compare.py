@@ -18,7 +18,7 @@ from .row import OperatorRow
 if TYPE_CHECKING:
     import numpy as np
 
-PASSES = (*ENGINE_PASSES, "object", "partition")
+TRACED_PASSES = (*ENGINE_PASSES, "object", "partition")  # those that Compare needs, and those that are shown anyway
 SHARE_OF_PICTURE = 0.2  # of the progress; the rays take longer
 
 
@@ -29,7 +29,7 @@ def compared(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcome, np
     """
     from ..studies.truth.against import against_truth  # loaded with the first comparison, so that enabling the add-on stays quick
 
-    outcome = run(replace(job, passes=PASSES), lambda fraction, stage: say(SHARE_OF_PICTURE * fraction, stage), is_given_up)
+    outcome = run(replace(job, passes=TRACED_PASSES), lambda fraction, stage: say(SHARE_OF_PICTURE * fraction, stage), is_given_up)
     say(SHARE_OF_PICTURE, "tracing rays")
     return outcome, image_editor.displayed(against_truth(outcome, is_given_up))
 

@@ -21,7 +21,7 @@ from .job import Job
 from .renderer import Ticket, render_frame
 
 BORDER_TEXELS = 8
-PASSES = ("combined", "depth", "normal", "object")
+BAKED_PASSES = ("combined", "depth", "normal", "object")
 
 
 def bake(device: Device, job: Job, group: ImpostorGroup, choice: ImpostorChoice, unlit: bool = False) -> BakedImpostor:
@@ -75,7 +75,7 @@ def _shaded(device: Device, job: Job, rows: np.ndarray, frame: CaptureFrame, unl
         light=None if unlit else job.light,
         settings=job.settings.replaced(shading=shading),
         size=(frame.width, frame.height),
-        passes=PASSES,
+        passes=BAKED_PASSES,
         measure=False,
         impostors=None,
         shown=rows,

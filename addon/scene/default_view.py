@@ -1,7 +1,7 @@
 """The camera and the sun of a scene that has none: CAD files seldom do. numpy only.
 
 A standard view looks from a fixed direction and stands just so far away that everything falls inside the picture: every vertex, or in
-large scenes every corner of the instances' boxes. Two opposite sides of what is seen touch the picture's edge (less `MARGIN`).
+large scenes every corner of the instances' boxes. Two opposite sides of what is seen touch the picture's edge (less `BORDER`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import SettingsError
 from ..maths.frusta import box_corners, box_distances
 from ..maths.nearest import distance_to_triangles
-from ..maths.spaces import perspective, transform
+from ..maths.spaces import look_at, perspective, transform
 from ..maths.view import Camera, Light
 from .records import Scene
 
@@ -30,35 +30,12 @@ VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] 
     "bottom": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
 }
 DEFAULT_FOV_Y_RAD = radians(40.0)
-MARGIN = 0.06
+BORDER = 0.06  # of half the picture, left free
 SLACK = 0.02
 AMONG = 1.0 / 2000.0  # of far: an eye nearer to what it sees than that may be among it
 INSIDE = 0.1
 LEAST_NEAR = 1e-7  # of far
 MOST_VERTICES = 2_000_000  # placed vertices up to which a view is framed by vertices rather than by boxes
-
-
-def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray) -> np.ndarray:
-    """(4, 4) view from world; where `up` lies along the line of sight, world Y (or X) stands in for it.
-
-    Raises `SettingsError` if eye = target.
-    """
-    eye = np.asarray(eye_ws, dtype=np.float64)
-    back = eye - np.asarray(target_ws, dtype=np.float64)
-    length = float(np.linalg.norm(back))
-    if not 0.0 < length < np.inf:
-        raise SettingsError("The camera's eye and target are the same point: move one of them.")
-    back = back / length
-    for up in (np.asarray(up_ws, dtype=np.float64), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])):
-        right = np.cross(up, back)
-        size = float(np.linalg.norm(right))
-        if size > 1e-6 * max(float(np.linalg.norm(up)), 1e-12) and np.isfinite(size):
-            break
-    right = right / size
-    view = np.eye(4)
-    view[:3, :3] = np.stack([right, np.cross(back, right), back])
-    view[:3, 3] = -view[:3, :3] @ eye
-    return view
 
 
 def _checked_perspective(fov_y_rad: float, aspect: float, near: float, far: float) -> np.ndarray:
@@ -74,7 +51,7 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     """A camera of `VIEWS` that frames the scene in a picture of `size` (width, height), near and far tight around it.
 
     Claim: along the fixed direction the eye stands at the smallest distance from which, having been shifted sideways to centre them,
-    all `outline_points` lie within 1 − `MARGIN` of the picture's half width and height.
+    all `outline_points` lie within 1 − `BORDER` of the picture's half width and height.
     """
     if name not in VIEWS:
         raise SettingsError(f"There is no view '{name}': choose one of {', '.join(VIEWS)}.")
@@ -85,7 +62,7 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     points = outline_points(scene)
     p = (points - centre) @ rotation.T
     aspect = size[0] / size[1]
-    slopes = (1.0 - MARGIN) * tan(fov_y_rad / 2) * np.array([aspect, 1.0])
+    slopes = (1.0 - BORDER) * tan(fov_y_rad / 2) * np.array([aspect, 1.0])
     eye_x, eye_y, distance = _closest_eye(p, slopes)
     diagonal = max(float(np.linalg.norm(bounds_ws[1] - bounds_ws[0])), 1e-6)
     distance = max(distance, float(p[:, 2].max()) + 0.01 * diagonal)

@@ -21,7 +21,7 @@ from .map_outlines import frustum_sides, map_color, map_volumes, part_edges, sec
 from .run import run
 
 BACKGROUND, FRUSTUM_INK = (46, 46, 50), (250, 250, 250)
-MARGIN = 1.06
+FRAME_MARGIN = 1.06
 NEAREST = 1e-4  # near distance of a finite light's eye, of its far distance
 SIZE = (960, 720)
 WIDEST_RAD = 1.3  # half the field of view of a finite light's eye
@@ -39,7 +39,7 @@ def light_camera(job: Job, plan: ShadowPlan, aspect: float) -> Camera:
         view = look_at(middle + light.direction_ws, middle, up)
         p = transform(view, points)[:, :3]
         centre = 0.5 * (p.min(axis=0) + p.max(axis=0))
-        half = 0.5 * MARGIN * np.ptp(p, axis=0)
+        half = 0.5 * FRAME_MARGIN * np.ptp(p, axis=0)
         bounds = transform(view, box_corners(job.scene.bounds_ws()))[:, 2]
         near, far = -max(bounds.max(), p[:, 2].max()) - 1.0, -min(bounds.min(), p[:, 2].min()) + 1.0
         view[:2, 3] -= centre[:2]
@@ -49,7 +49,7 @@ def light_camera(job: Job, plan: ShadowPlan, aspect: float) -> Camera:
     p = transform(view, points)[:, :3]
     ahead = p[p[:, 2] < -1e-6]
     slope = np.abs(ahead[:, :2] / ahead[:, 2:]).max(axis=0) if len(ahead) else np.ones(2)
-    half_rad = min(float(np.arctan(MARGIN * max(slope[1], slope[0] / aspect))), WIDEST_RAD)
+    half_rad = min(float(np.arctan(FRAME_MARGIN * max(slope[1], slope[0] / aspect))), WIDEST_RAD)
     far = 1.1 * float(np.linalg.norm(box_corners(job.scene.bounds_ws()) - light.position_ws, axis=1).max())
     return Camera(view, perspective(half_rad, aspect, NEAREST * far, far), NEAREST * far, far, "light")
 

@@ -31,7 +31,8 @@ def test_look_at_is_rigid_and_puts_the_target_on_the_axis(eye, target, up):
 
 def test_look_at_along_up_is_still_rigid_and_coincident_points_are_refused():
     m = spaces.look_at((0, 0, 5), (0, 0, 0))
-    assert np.allclose(m[:3, :3] @ m[:3, :3].T, np.eye(3), atol=1e-12)
+    assert np.allclose(m[:3, :3], np.eye(3), atol=1e-12), "straight down: world Y is up in the picture"
+    assert np.allclose(spaces.look_at((0, 5, 0), (0, 0, 0), (0, 1, 0))[0, :3], (0, 0, 1), atol=1e-12)
     with pytest.raises(SettingsError):
         spaces.look_at((1, 2, 3), (1, 2, 3))
 

@@ -7,7 +7,7 @@ import pytest
 
 from addon.errors import SettingsError
 from addon.scene.default_view import (
-    MARGIN,
+    BORDER,
     VIEWS,
     camera_for_view,
     camera_from_eye,
@@ -33,9 +33,9 @@ def test_a_view_frames_everything_and_wastes_nothing(name, fov, size):
     camera = camera_for_view(scene, size, name, fov)
     ndc = projected(camera, outline_points(scene))
     reach = np.abs(ndc).max(axis=0)
-    assert reach[:2].max() <= 1 - MARGIN + 1e-9 and reach[2] < 1
+    assert reach[:2].max() <= 1 - BORDER + 1e-9 and reach[2] < 1
     low, high = ndc[:, :2].min(axis=0), ndc[:, :2].max(axis=0)
-    touches = np.isclose(high - low, 2 * (1 - MARGIN), atol=1e-6)
+    touches = np.isclose(high - low, 2 * (1 - BORDER), atol=1e-6)
     assert touches.any(), "one direction is used to the full"
     assert np.allclose((high + low)[touches], 0, atol=1e-6), "and is centred"
 

@@ -9,7 +9,7 @@ import bpy
 Color = tuple[float, float, float, float]
 Box = tuple[float, float, float, float]
 
-MARGIN = 14
+MARGIN_PX = 14
 FONT_SIZE = 11.5
 INK, DIM, BACK = (0.93, 0.93, 0.93, 1.0), (0.93, 0.93, 0.93, 0.35), (0.12, 0.12, 0.13, 0.98)
 
@@ -40,14 +40,14 @@ class Canvas:
 
         self._blf, self._gpu = blf, gpu
         self.box, self.scale = box, scale
-        self._next_y = box[1] + MARGIN * scale
+        self._next_y = box[1] + MARGIN_PX * scale
 
     def place(self, width: float, height: float) -> tuple[float, float] | None:
         """The lower left corner of the next box; None where it does not fit."""
-        x, y = self.box[0] + MARGIN * self.scale, self._next_y
+        x, y = self.box[0] + MARGIN_PX * self.scale, self._next_y
         if x + width > self.box[0] + self.box[2] or y + height > self.box[1] + self.box[3]:
             return None
-        self._next_y += height + MARGIN * self.scale
+        self._next_y += height + MARGIN_PX * self.scale
         return x, y
 
     def rectangle(self, x: float, y: float, width: float, height: float, color: Color = BACK) -> None:

@@ -30,7 +30,7 @@ from .draw import draw_caster
 from .life import ImpostorFrame
 from .records import ImpostorChoice, Part, parts_of
 
-MARGIN = 1.02
+HULL_MARGIN = 1.02
 """The light's view is so much wider than the object."""
 
 
@@ -130,14 +130,14 @@ def light_camera(light: Light, hull_ws: np.ndarray) -> Camera:
         distance = 2.0 * max(radius, 1e-9)
         eye = middle + distance * np.asarray(light.direction_ws)
         near, far = distance - 1.5 * radius, distance + 1.5 * radius
-        lens = spaces.orthographic(MARGIN * radius, 1.0, near, far)
+        lens = spaces.orthographic(HULL_MARGIN * radius, 1.0, near, far)
     else:
         eye = np.asarray(light.position_ws, float)
         distance = float(np.linalg.norm(middle - eye))
         if not distance > 1.05 * radius:
             raise SceneError("The light stands within the impostor's bounds: its geometry casts the shadow.")
         near, far = distance - radius, distance + radius
-        lens = spaces.perspective(MARGIN * float(np.arcsin(radius / distance)), 1.0, near, far)
+        lens = spaces.perspective(HULL_MARGIN * float(np.arcsin(radius / distance)), 1.0, near, far)
     return Camera(spaces.look_at(eye, middle), lens, near, far, name="light")
 
 

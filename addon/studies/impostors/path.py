@@ -48,7 +48,7 @@ PREDICTED = {
     "edge_sum_px": "edge_sum_px",
 }
 FIRST_TO_TELL = ("geometry", "regenerated", "warp", "sprite", "hidden")
-PASSES = ("combined", "object")
+JUDGED_PASSES = ("combined", "object")
 _serial = count(1)
 
 
@@ -129,7 +129,7 @@ def walk(
     for index, (place, job) in enumerate(jobs):
         groups = tuple(_own(group, serial) for group in groups_of(job.scene))
         ids = [i for group in groups for i in group.object_ids]
-        asked = replace(job, passes=PASSES, measure=False)
+        asked = replace(job, passes=JUDGED_PASSES, measure=False)
         shown = run(replace(asked, impostors=replace(choice, groups=groups))).frame
         truth = run(replace(asked, impostors=None)).frame
         pictures = shown.passes["combined"], truth.passes["combined"]

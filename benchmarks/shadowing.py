@@ -1,4 +1,4 @@
-"""Costs and pictures of the shadow tests: `python -m benchmarks.shadow_tests` writes docs/shadow_tests.md and its pictures.
+"""Costs and pictures of the shadow tests: `python -m benchmarks.shadowing` writes docs/shadow_tests.md and its pictures.
 
 Quality against ray-traced truth is in docs/quality.md (`python -m benchmarks.quality bias`, `… exact`).
 Times are the least of several interleaved runs of one pass, waited for; CPU time of the process, so that a busy machine does not count.
@@ -35,7 +35,7 @@ from tests.pipeline import shadow_definition as definition
 
 INTRO = """# Shadow tests
 
-Made by `python -m benchmarks.shadow_tests`; do not edit. Misclassified pixels, acne and leaks of each test are in
+Made by `python -m benchmarks.shadowing`; do not edit. Misclassified pixels, acne and leaks of each test are in
 [quality](quality.md).
 
 **Depth.** The occluder in the map is put back into the world and its height over the receiver's exact plane decides.
