@@ -20,14 +20,15 @@ ADDON = ROOT / "addon"
 FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
-    "addon/blender": "cad_materials changes clip_range lettering own_images preferences redraw registering render_wish snapshot textures"
-    " < cad_import sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session"
+    "addon/blender": "animation < cad_materials changes clip_range lettering own_images preferences redraw registering render_wish snapshot"
+    " textures < cad_import sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors live_scene session"
     " < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
-    "addon/blender/snapshot": "cameras lights materials meshes < instances < marks < reader < __init__",
+    "addon/blender/snapshot": "cameras lights meshes pictures vertex_colors visibility < nodes < shaders < materials world < instances"
+    " < marks < reader < __init__",
     "addon/cli": "argument_types command exit_codes settings_file batch < rivals shared_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
@@ -52,13 +53,13 @@ FLOORS = {
     " < shadow < shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
-    "addon/scene": "child_python mesh_prep plain_text records user_files < cad_model default_view local_origin mesh_pieces < asked_view cad"
-    " platform_deck < reading < __init__",
+    "addon/scene": "child_python looks mesh_prep plain_text user_files < records < cad_model default_view local_origin mesh_pieces"
+    " < asked_view cad platform_deck < reading < __init__",
     "addon/scene/cad": "ears < colors companions losses polygons raw step_text text_numbers units < cad_format gltf_document mtl"
     " ply_elements step_structure < gltf_look step_shapes < gltf_primitives < * < assemble sniff step < formats < __init__",
     "addon/scene/reading": "limits wire < process child < apart < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
-    "addon/settings": "shadowing < groups < option words < impostor_options < options < combinations < __init__",
+    "addon/settings": "shadowing < groups < option versions words < impostor_options < options < combinations < __init__",
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view outputs sun truth"
     " < impostors < __init__",

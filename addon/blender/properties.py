@@ -20,10 +20,12 @@ from ..settings.combinations import applies
 from ..settings.groups import Settings
 from ..settings.option import Option
 from ..settings.options import OPTIONS, with_options
+from ..settings.versions import STRENGTH_1, light_since_1
+from ..settings.versions import VERSION as SETTINGS_VERSION
+from .animation import curves_of
 from .redraw import on_change
 from .sun_properties import CadShadowSun
 
-SETTINGS_VERSION = 1
 FLOAT_MAX = 3.4e38
 MAX_SPLITS = 7
 
@@ -72,7 +74,8 @@ def _numbers(option: Option, words: dict[str, str]) -> object:
 
 
 def _color(option: Option, words: dict[str, str]) -> object:
-    return FloatVectorProperty(**words, **_limits(option), size=len(option.default), default=option.default, subtype="COLOR")
+    default = option.start if option.is_optional else option.default
+    return FloatVectorProperty(**words, **_limits(option), size=option.width, default=default, subtype="COLOR")
 
 
 _MAKERS = {"number": _number, "choice": _choice, "count": _count, "switch": _switch, "numbers": _numbers, "color": _color}
@@ -209,13 +212,37 @@ def stamp_version(*_unused: object) -> None:
         scene.cad_shadow.settings_version = SETTINGS_VERSION
 
 
+@persistent
+def migrate(*_unused: object) -> None:
+    """After a file is loaded, turn the settings of older versions into what they mean now. What no version ever saved is new."""
+    for scene in bpy.data.scenes:
+        if scene.cad_shadow.settings_version == 1 and scene.library is None:
+            _migrate_from_1(scene)
+            scene.cad_shadow.settings_version = SETTINGS_VERSION
+
+
+def _migrate_from_1(scene: bpy.types.Scene) -> None:
+    """The scene keeps its look: its lights' brightness, and the sky and background of the settings instead of the world."""
+    props = scene.cad_shadow
+    strength = shortest(props.light_strength) if props.is_property_set("light_strength") else STRENGTH_1
+    store(props, light_since_1(strength) | {name: tuple(getattr(props, name)) for name in ("ambient_sky", "ambient_ground", "background")})
+    action = scene.animation_data.action if scene.animation_data else None
+    for curve in curves_of(action) if action else ():
+        if curve.data_path == "cad_shadow.light_strength":
+            for key in curve.keyframe_points:
+                for point in (key.co, key.handle_left, key.handle_right):
+                    point[1] *= pi
+
+
 def register() -> None:
     """Attach the settings to scenes."""
     bpy.utils.register_class(CadShadowSettings)
     bpy.app.handlers.save_pre.append(stamp_version)
+    bpy.app.handlers.load_post.append(migrate)
 
 
 def unregister() -> None:
     """Detach the settings from scenes."""
     bpy.app.handlers.save_pre.remove(stamp_version)
+    bpy.app.handlers.load_post.remove(migrate)
     bpy.utils.unregister_class(CadShadowSettings)

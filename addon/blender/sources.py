@@ -23,7 +23,7 @@ from ..studies.impostors.asked import choice_of
 from ..studies.run import on_worker
 from .properties import settings_from
 from .render_wish import NO_CAMERA, RenderWish, active_wish, isometric
-from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches
+from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches, world_of
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
 FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left is used. Choose that light under Light to use it."
@@ -53,8 +53,9 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
         camera, camera_warnings = _scene_camera(blender_scene, depsgraph, size, scene)
     camera = wish.lens.on(camera)
     light, light_warnings = light_for(blender_scene.cad_shadow, scene, camera, wish)
-    settings = with_film(wish.settings or settings_from(blender_scene.cad_shadow), blender_scene)
-    warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings)
+    asked = wish.settings or settings_from(blender_scene.cad_shadow)
+    settings, world_warnings = surrounded(asked, blender_scene, depsgraph.view_layer)
+    warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings, *world_warnings)
     passes = tuple(dict.fromkeys((*ENGINE_PASSES, *wish.passes)))
     scene, camera, light = based_near(scene, camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
@@ -131,7 +132,7 @@ class ViewReading:
         scene = self.scene(context)
         camera, size, camera_warnings = _view_camera(context, scene)
         light, light_warnings = light_for(context.scene.cad_shadow, scene, camera)
-        settings = settings_of(context.scene)
+        settings, world_warnings = surrounded(settings_from(context.scene.cad_shadow), context.scene, context.view_layer)
         scene, camera, light = based_near(scene, camera, light)
         return Job(
             scene,
@@ -143,7 +144,7 @@ class ViewReading:
             impostors=choice_of(scene, settings.impostor),
             name=bpy.data.filepath or "unsaved scene",
             sync_ms=self._seconds * 1e3,
-            warnings=(*scene.warnings, *camera_warnings, *light_warnings),
+            warnings=(*scene.warnings, *camera_warnings, *light_warnings, *world_warnings),
         )
 
 
@@ -217,14 +218,23 @@ def light_for(
 
 def settings_of(blender_scene: bpy.types.Scene) -> Settings:
     """The settings that pictures of this scene are made with. Raises `SettingsError`."""
-    return with_film(settings_from(blender_scene.cad_shadow), blender_scene)
+    return surrounded(settings_from(blender_scene.cad_shadow), blender_scene)[0]
 
 
-def with_film(settings: Settings, blender_scene: bpy.types.Scene) -> Settings:
-    """Film > Transparent makes the background transparent, as in every engine."""
-    if not blender_scene.render.film_transparent:
-        return settings
-    return replace(settings, shading=replace(settings.shading, background=(0.0, 0.0, 0.0, 0.0)))
+def surrounded(
+    settings: Settings, blender_scene: bpy.types.Scene, layer: bpy.types.ViewLayer | None = None
+) -> tuple[Settings, tuple[str, ...]]:
+    """The settings with the scene's world (or the view layer's own) in the place of what they leave to it, and what should be said of it.
+
+    Film > Transparent makes the background transparent, as in every engine.
+    """
+    world, complaint = world_of(getattr(layer, "world_override", None) or blender_scene.world)
+    own = settings.shading
+    is_asked = None in (own.ambient_sky, own.ambient_ground, own.background)
+    shading = own.under(world)
+    if blender_scene.render.film_transparent:
+        shading = replace(shading, background=(0.0, 0.0, 0.0, 0.0))
+    return replace(settings, shading=shading), (complaint,) if complaint and is_asked else ()
 
 
 def forget() -> None:

@@ -10,6 +10,7 @@ from math import inf, isfinite, radians
 from ..errors import UserError
 from ..pipeline.job import MAX_PIXELS
 from ..settings.option import Option
+from ..settings.options import FROM_SCENE
 
 TINY = 5e-324
 LEAST_PIXELS = 4
@@ -128,10 +129,12 @@ def numbers_of(option: Option) -> Callable[[str], tuple[float, ...]]:
     """A parser of the option's numbers, as many as it has (a list of any length where it takes one), each in its range."""
     one = between(option.low, option.high)
 
-    def numbers(text: str) -> tuple[float, ...]:
+    def numbers(text: str) -> tuple[float, ...] | None:
+        if option.kind == "color" and option.is_optional and text == FROM_SCENE:
+            return None
         values = tuple(one(part) for part in text.split(","))
-        if option.kind == "color" and len(values) != len(option.default):
-            raise argparse.ArgumentTypeError(f"{text} has {len(values)} numbers, not {len(option.default)}")
+        if option.kind == "color" and len(values) != option.width:
+            raise argparse.ArgumentTypeError(f"{text} has {len(values)} numbers, not {option.width}")
         return values
 
     return numbers

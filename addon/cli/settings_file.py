@@ -11,6 +11,7 @@ from ..scene.user_files import read_bytes
 from ..settings.combinations import idle, named
 from ..settings.groups import Settings
 from ..settings.options import with_options
+from ..settings.versions import migrated
 
 MOST_SETTINGS = 1 << 20
 
@@ -20,7 +21,7 @@ def read_settings(path: str | None) -> dict[str, object]:
     if path is None:
         return {}
     try:
-        content = tomllib.loads(read_bytes(Path(path), MOST_SETTINGS).decode())
+        content = migrated(tomllib.loads(read_bytes(Path(path), MOST_SETTINGS).decode()))
         overlaid(Settings(), content)
     except OSError as error:
         raise SettingsError(f"Settings file {path} cannot be read ({error.strerror}): check the path.") from error

@@ -15,7 +15,7 @@ from ..scene.platform_deck.layout import FEWEST, MOST
 from ..scene.reading.limits import Limits
 from ..settings.impostor_options import IMPOSTOR_OPTIONS
 from ..settings.option import Option
-from ..settings.options import OPTIONS
+from ..settings.options import FROM_SCENE, OPTIONS
 from .argument_types import (
     between,
     checked_by,
@@ -48,9 +48,14 @@ def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
     elif option.kind == "numbers":
         group.add_argument(option.flag, type=numbers_of(option), metavar="A[,A…]", **common)
     elif option.kind == "color":
-        group.add_argument(option.flag, type=numbers_of(option), metavar="R,G,B,A" if len(option.default) == 4 else "R,G,B", **common)
+        group.add_argument(option.flag, type=numbers_of(option), metavar=_metavar(option), **common)
     else:
         group.add_argument(option.flag, type=number_of(option), metavar={"m": "METRES", "texel": "N"}.get(option.unit, "N"), **common)
+
+
+def _metavar(option: Option) -> str:
+    """A colour's numbers, and the word that leaves it to the scene."""
+    return ("R,G,B,A" if option.width == 4 else "R,G,B") + ("|" + FROM_SCENE if option.is_optional else "")
 
 
 def _shown(default: object) -> str:
@@ -63,7 +68,17 @@ SECTIONS = {
     "map": ("map_size", "fit", "margin"),
     "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines"),
     "filter": ("pcf", "filter_unit", "filter_width"),
-    "picture": ("display", "samples", "light_strength", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
+    "picture": (
+        "display",
+        "samples",
+        "light_strength",
+        "own_sun",
+        "ambient_sky",
+        "ambient_ground",
+        "use_object_colors",
+        "clay",
+        "background",
+    ),
     "impostors": tuple(option.name for option in IMPOSTOR_OPTIONS),
 }
 

@@ -91,7 +91,8 @@ class Light:
     """A light that casts shadows.
 
     `direction_ws` (3,) unit, towards the light (sun, and the axis of a spot, reversed travel); `position_ws` (3,) for spot and point.
-    `cone_rad` is the half opening angle of a spot. `color` (3,) linear RGB times strength (sun: irradiance factor; others: W/m² at 1 m).
+    `cone_rad` is the half opening angle of a spot. `color` (3,) linear RGB times strength: where `is_physical` a sun's irradiance in W/m²,
+    that of the others at 1 m; else relative to the settings' own sun. `casts` False: nothing stands in its way.
     """
 
     kind: str = "sun"
@@ -101,6 +102,8 @@ class Light:
     cone_blend: float = 0.15
     color: tuple[float, float, float] = (1.0, 1.0, 1.0)
     name: str = ""
+    is_physical: bool = False
+    casts: bool = True
 
     def __post_init__(self) -> None:
         require(self.kind in LIGHT_KINDS, f"Light kind '{self.kind}' is not one of {', '.join(LIGHT_KINDS)}.")
@@ -120,7 +123,7 @@ class Light:
     def key(self) -> tuple:
         """What a picture depends on, comparable and hashable; the name is not part of it."""
         direction, position = (None if v is None else v.tobytes() for v in (self.direction_ws, self.position_ws))
-        return self.kind, direction, position, self.cone_rad, self.cone_blend, self.color
+        return self.kind, direction, position, self.cone_rad, self.cone_blend, self.color, self.is_physical, self.casts
 
 
 def gamma_rad(light_direction_ws: np.ndarray, view_direction_ws: np.ndarray) -> float:

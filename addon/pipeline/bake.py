@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import GpuError, SceneError
 from ..maths.relief.frame import capture_frame
 from ..maths.relief.warp import CaptureFrame
+from ..scene.looks import PLAIN_LOOKS
 from .device import Device
 from .impostors.baked import BakedImpostor
 from .impostors.capture import capture, capture_bytes
@@ -69,8 +70,10 @@ def _shaded(device: Device, job: Job, rows: np.ndarray, frame: CaptureFrame, unl
     shading = {"background": (0.0, 0.0, 0.0, 0.0)}
     if unlit:
         shading |= {"ambient_sky": (1.0, 1.0, 1.0), "ambient_ground": (1.0, 1.0, 1.0), "display": "shaded"}
+    scene = replace(job.scene, looks=np.tile(PLAIN_LOOKS, (len(job.scene.looks), 1))) if unlit else job.scene
     asked = replace(
         job,
+        scene=scene,
         camera=frame.camera(),
         light=None if unlit else job.light,
         settings=job.settings.replaced(shading=shading),

@@ -20,6 +20,7 @@ from ..maths.error.precision import Loss, precision_loss
 from ..maths.shadow.fit import plan_shadows
 from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
+from ..scene.looks import HIDDEN, NO_SHADOW
 from ..settings.shadowing import SHADOW_TESTS
 from .device import Device, device_of
 from .frame import Frame
@@ -121,7 +122,7 @@ def _draw_surfaces(
     device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, gbuffer: GBuffer
 ) -> None:
     """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
-    rows = impostors.geometry_rows if impostors is not None else job.shown
+    rows = both(impostors.geometry_rows if impostors is not None else job.shown, job.scene.instances.without(HIDDEN))
     wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
     if wanted is not None and gbuffer.holds == wanted:
         return
@@ -131,9 +132,14 @@ def _draw_surfaces(
     gbuffer.holds = wanted
 
 
+def both(rows: np.ndarray | None, others: np.ndarray | None) -> np.ndarray | None:
+    """(I,) bool: the instance rows that are in both; None is all."""
+    return others if rows is None else rows if others is None else rows & others
+
+
 def _plan(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan | None:
     """The shadow projections for what this camera really sees; those of the frame before where nothing they depend on has changed."""
-    if job.light is None:
+    if job.light is None or not job.light.casts:
         return None
     s, surfaces = job.settings, device.gbuffer(job.size).holds
     wanted = (surfaces, job.size, job.light.key, s.warp, s.partition, s.fit) if surfaces is not None else None
@@ -154,7 +160,7 @@ def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
         s.fit,
         receivers_ws=receivers,
         scene_bounds_ws=scene_bounds,
-        caster_bounds_ws=job.scene.instance_bounds_ws(),
+        caster_bounds_ws=job.scene.caster_bounds_ws(),
         image_size=job.size,
     )
 
@@ -172,7 +178,7 @@ def _cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impos
     casters = None
     if impostors is not None and choice.casters == "impostor":
         casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
-    rows = casters.rows if casters is not None and casters.textures else None
+    rows = both(casters.rows if casters is not None and casters.textures else None, job.scene.instances.without(NO_SHADOW))
     draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, job.settings.test, rows)
     if casters is not None:
         casters.draw(device, maps, plan)

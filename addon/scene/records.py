@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
+from .looks import NO_SHADOW, PLAIN_LOOKS
 
 
 def frozen(array: np.ndarray, dtype: object) -> np.ndarray:
@@ -52,7 +53,8 @@ class Instances:
     """I placed meshes, as arrays. Row i draws `meshes[mesh_index[i]]`.
 
     `world_from_object` (I, 4, 4) float64, world relative to `Scene.origin_ws`; `object_id` (I,) int32 ≥ 0, index into `Scene.object_names`
-    (rows of one object with several material slots share it); `material_slot` (I,) int32; `base_color` (I, 4) float32 linear RGBA.
+    (rows of one object with several material slots share it); `material_slot` (I,) int32; `base_color` (I, 4) float32 linear RGBA;
+    `look` (I,) int32, index into `Scene.looks`; `flags` (I,) uint8 of `scene.looks`: what is special about it. Those two may be left out.
     """
 
     mesh_index: np.ndarray
@@ -60,15 +62,22 @@ class Instances:
     object_id: np.ndarray
     material_slot: np.ndarray
     base_color: np.ndarray
+    look: np.ndarray | None = None
+    flags: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         count = len(self.mesh_index)
+        for name in ("look", "flags"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, np.zeros(count, np.uint8))
         for name, dtype, shape in (
             ("mesh_index", np.int32, ()),
             ("world_from_object", np.float64, (4, 4)),
             ("object_id", np.int32, ()),
             ("material_slot", np.int32, ()),
             ("base_color", np.float32, (4,)),
+            ("look", np.int32, ()),
+            ("flags", np.uint8, ()),
         ):
             array = frozen(getattr(self, name), dtype)
             if array.shape != (count, *shape):
@@ -77,6 +86,11 @@ class Instances:
 
     def __len__(self) -> int:
         return len(self.mesh_index)
+
+    def without(self, flag: int) -> np.ndarray | None:
+        """(I,) bool: the rows that do not have a flag of `scene.looks`; None: all of them."""
+        kept = (self.flags & flag) == 0
+        return None if kept.all() else kept
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +111,7 @@ class Scene:
     """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to.
 
     `marks` one per object, parallel to `object_names`: the impostor it belongs to, None for none. Empty when nothing is marked.
+    `looks` (L, 12) float32: the numbers of `looks.Look`s.
     """
 
     meshes: tuple[Mesh, ...]
@@ -107,6 +122,7 @@ class Scene:
     cameras: tuple[Camera, ...] = ()
     warnings: tuple[str, ...] = field(default=())
     marks: tuple[Mark | None, ...] = ()
+    looks: np.ndarray = field(default_factory=lambda: PLAIN_LOOKS)
 
     @property
     def triangle_count(self) -> int:
@@ -123,6 +139,7 @@ class Scene:
         digest = hashlib.blake2b(digest_size=16)
         lights = [(light.name, light.key) for light in self.lights]
         digest.update(repr(([mesh.key for mesh in self.meshes], self.origin_ws.tolist(), lights, self.marks)).encode())
+        digest.update(self.looks.tobytes())
         for column in fields(self.instances):
             digest.update(getattr(self.instances, column.name).data)
         return digest.digest()
@@ -160,6 +177,11 @@ class Scene:
         c = np.einsum("iab,ib->ia", m[:, :3, :3], centre) + m[:, :3, 3]
         h = np.einsum("iab,ib->ia", np.abs(m[:, :3, :3]), half)
         return np.stack([c - h, c + h], axis=1)
+
+    def caster_bounds_ws(self) -> np.ndarray:
+        """(C, 2, 3) bounds of the instances that cast shadows; of all where none does."""
+        casting = self.instances.without(NO_SHADOW)
+        return self._instance_bounds_ws if casting is None or not casting.any() else self._instance_bounds_ws[casting]
 
     def bounds_ws(self) -> np.ndarray:
         """(2, 3) float64 bounds of everything; raises `SceneError` when there is nothing."""

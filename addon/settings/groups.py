@@ -68,22 +68,45 @@ class ShadowTestChoice:
 class ShadingChoice:
     """How the picture is lit and what it shows. Colours are linear RGB.
 
-    `ambient_sky`, `ambient_ground` hemispheric ambient light; `light_strength` scales the light; `use_object_colors` False paints all
-    in clay; `display` is what `combined` shows; `samples` camera samples per pixel of `combined` (the data passes stay at pixel centres);
-    `background` RGBA behind everything.
+    `ambient_sky`, `ambient_ground` hemispheric ambient light; None is the scene's world. `light_strength` scales all light but that;
+    at 1 a light of irradiance E shows a diffuse surface as E·albedo/π. `own_sun` is what a white surface shows that faces a sun which is
+    no light of the scene, at a strength of 1. `use_object_colors` False paints all in clay; `display` is what `combined` shows; `samples`
+    camera samples per pixel of `combined` (the data passes stay at pixel centres); `background` RGBA behind everything, None the world's.
     """
 
-    ambient_sky: tuple[float, float, float] = within((0.32, 0.36, 0.42), "Every number of ambient_sky", 0.0, BRIGHTEST)
-    ambient_ground: tuple[float, float, float] = within((0.16, 0.15, 0.14), "Every number of ambient_ground", 0.0, BRIGHTEST)
-    light_strength: float = within(0.85, "The light strength", 0.0, BRIGHTEST)
+    ambient_sky: tuple[float, float, float] | None = within(None, "Every number of ambient_sky", 0.0, BRIGHTEST)
+    ambient_ground: tuple[float, float, float] | None = within(None, "Every number of ambient_ground", 0.0, BRIGHTEST)
+    light_strength: float = within(1.0, "The light strength", 0.0, BRIGHTEST)
+    own_sun: float = within(0.85, "The own sun's brightness", 0.0, BRIGHTEST)
     use_object_colors: bool = True
     clay: tuple[float, float, float] = within((0.6, 0.6, 0.6), "Every number of clay", 0.0, 1.0)
-    background: tuple[float, float, float, float] = within((0.78, 0.83, 0.90, 1.0), "Every number of background", 0.0, BRIGHTEST)
+    background: tuple[float, float, float, float] | None = within(None, "Every number of background", 0.0, BRIGHTEST)
     display: str = one_of("shaded", "Display", DISPLAYS)
     samples: int = one_of(4, "The number of camera samples per pixel", SAMPLE_COUNTS)
 
     def __post_init__(self) -> None:
         require_fields(self)
+
+    def under(self, world: ShadingWorld) -> ShadingChoice:
+        """The choice with `world` in the place of what is left to the scene."""
+        return dataclasses.replace(
+            self,
+            ambient_sky=world.sky if self.ambient_sky is None else self.ambient_sky,
+            ambient_ground=world.ground if self.ambient_ground is None else self.ambient_ground,
+            background=world.background if self.background is None else self.background,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class ShadingWorld:
+    """What surrounds a scene: the mean radiance of its upper and its lower half, and the colour and opacity behind everything.
+
+    The default surrounds what has no world: CAD files.
+    """
+
+    sky: tuple[float, float, float] = (0.32, 0.36, 0.42)
+    ground: tuple[float, float, float] = (0.16, 0.15, 0.14)
+    background: tuple[float, float, float, float] = (0.78, 0.83, 0.90, 1.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,12 @@ class Option:
     soft: tuple[float, float] | None = None
     items: tuple[tuple[str, str, str], ...] = ()
     unit: str = ""
-    start: float | None = None
+    start: float | tuple[float, ...] | None = None
+
+    @property
+    def width(self) -> int:
+        """How many numbers a colour has."""
+        return len(self.start if self.is_optional else self.default)
 
     @property
     def default(self) -> object:

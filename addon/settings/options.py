@@ -9,7 +9,7 @@ from __future__ import annotations
 from ..errors import SettingsError
 from ..maths.partitioning import PARTITION_SCHEMES
 from ..maths.warping import WARP_METHODS
-from .groups import Settings
+from .groups import Settings, ShadingWorld
 from .impostor_options import IMPOSTOR_OPTIONS
 from .option import Option, choice, words_of
 from .shadowing import SHADOW_TESTS
@@ -200,7 +200,15 @@ OPTIONS: tuple[Option, ...] = (
         (("shading", "light_strength"),),
         "number",
         "Strength",
-        "Scales the light that casts the shadows",
+        "Scales the light that casts the shadows; at 1 lights are as bright as Cycles and EEVEE show them",
+        soft=(0.0, 4.0),
+    ),
+    Option(
+        "own_sun",
+        (("shading", "own_sun"),),
+        "number",
+        "Own Sun",
+        "How bright a white surface looks that faces a sun which is no light of the scene: one made up, or given by a direction or a time",
         soft=(0.0, 4.0),
     ),
     Option(
@@ -208,16 +216,18 @@ OPTIONS: tuple[Option, ...] = (
         (("shading", "ambient_sky"),),
         "color",
         "Sky",
-        "Ambient light on surfaces that look up",
+        "Ambient light on surfaces that look up (automatic: the scene's world)",
         soft=(0.0, 1.0),
+        start=ShadingWorld().sky,
     ),
     Option(
         "ambient_ground",
         (("shading", "ambient_ground"),),
         "color",
         "Ground",
-        "Ambient light on surfaces that look down",
+        "Ambient light on surfaces that look down (automatic: the scene's world)",
         soft=(0.0, 1.0),
+        start=ShadingWorld().ground,
     ),
     Option(
         "use_object_colors",
@@ -232,12 +242,17 @@ OPTIONS: tuple[Option, ...] = (
         (("shading", "background"),),
         "color",
         "Background",
-        "Colour and opacity behind everything",
+        "Colour and opacity behind everything (automatic: the scene's world)",
         soft=(0.0, 1.0),
+        start=ShadingWorld().background,
     ),
     *IMPOSTOR_OPTIONS,
 )
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
+
+
+FROM_SCENE = "scene"
+"""What a colour is called that is left to the scene's world."""
 
 
 def with_options(settings: Settings, values: dict[str, object]) -> Settings:
@@ -290,8 +305,10 @@ def _numbers(option: Option, value: object) -> tuple[float, ...]:
     return tuple(float(v) for v in (value if isinstance(value, list | tuple) else (value,)))
 
 
-def _color(option: Option, value: object) -> tuple[float, ...]:
-    if len(value) != len(option.default):
+def _color(option: Option, value: object) -> tuple[float, ...] | None:
+    if option.is_optional and value == FROM_SCENE:
+        return None
+    if len(value) != option.width:
         raise ValueError(value)
     return tuple(float(v) for v in value)
 

@@ -35,8 +35,10 @@ float data_shade(vec3 normal, float cosine, float light) {
     return 0.5 + 0.2 * (0.5 + 0.5 * normal.z) + 0.3 * cosine * clamp(light, 0.0, 1.0);
 }
 
+// Light that comes from the half of the world round a direction: exact for a sky and a ground of one colour each.
+vec3 ambient_at(vec3 normal) { return mix(u_ambient_ground.rgb, u_ambient_sky.rgb, 0.5 + 0.5 * normal.z); }
+
 vec3 displayed(vec3 color, vec3 normal, vec3 light_ws, float light, vec3 errors, int map) {
-    vec3 ambient = mix(u_ambient_ground.rgb, u_ambient_sky.rgb, 0.5 + 0.5 * normal.z);
     float cosine = max(dot(normal, light_ws), 0.0);
 #if DISPLAY == 1
     return vec3(light);
@@ -45,6 +47,6 @@ vec3 displayed(vec3 color, vec3 normal, vec3 light_ws, float light, vec3 errors,
 #elif DISPLAY == 3
     return linear_from_srgb(map_color(map) * data_shade(normal, cosine, light));
 #else
-    return color * (ambient + u_light_color.rgb * (cosine * light));
+    return color * (ambient_at(normal) + u_light_color.rgb * (cosine * light));
 #endif
 }

@@ -14,6 +14,9 @@
 #endif
 #include "common_filter.glsl"
 #include "common_light.glsl"
+#if LOOKS
+#include "common_look.glsl"
+#endif
 uniform sampler2D u_view_depth;
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
@@ -73,6 +76,25 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, vec3 sta
     return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z), b - a, c - a);
 }
 
+#if LOOKS
+uniform vec4 u_background;
+
+// A surface with a look of its own; of a shadow catcher only how much darker it is than without what casts shadows on it.
+vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, float light, float falloff) {
+    if (has_flag(info, HOLDOUT)) return vec4(0.0);
+    vec3 full = u_light_color.rgb * falloff, ambient = ambient_at(normal);
+    if (has_flag(info, CATCHER)) {
+        vec3 bright = ambient + full * max(dot(normal, light_ws), 0.0), now = ambient + full * (max(dot(normal, light_ws), 0.0) * light);
+        float darker = 1.0 - min(dot(now, vec3(1.0)) / max(dot(bright, vec3(1.0)), 1e-6), 1.0);
+        return vec4(u_background.rgb * (1.0 - darker), mix(u_background.a, 1.0, darker));
+    }
+    Look look = look_of(info);
+    if (USE_OBJECT_COLORS == 0) look = Look(vec3(0.0), 1.0, 0.0, 1.0, 0.0, look.hole, look.through);
+    vec3 lit = answered(look, color, normal, light_ws, eye_ws, full * light, ambient, ambient_at(reflect(-eye_ws, normal)));
+    return vec4(lit, 1.0) * (1.0 - look.hole);
+}
+#endif
+
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec2 ids = texelFetch(u_ids, pixel, 0).rg;
@@ -120,9 +142,15 @@ void main() {
     } else if (faces) {
         light = 1.0;
     }
-    float arriving = light * light_falloff(x_ws);
+#if LOOKS
+    if (has_flag(info, UNLIT)) light = 0.0;
+#endif
+    float falloff = light_falloff(x_ws), arriving = light * falloff;
     vec3 color = USE_OBJECT_COLORS != 0 ? base_color(slot).rgb : u_clay.rgb;
     out_combined = vec4(displayed(color, smooth_normal, light_ws, arriving, errors, map), 1.0);
+#if LOOKS && DISPLAY == 0
+    out_combined = looking(info, color, smooth_normal, light_ws, -normalize(along), light, falloff);
+#endif
 #if DATA
     out_errors = vec4(errors, light);
     out_normal = vec4(smooth_normal, view_depth);

@@ -12,6 +12,7 @@ from ..maths.error.theory import Resolution, map_row, unknown_row
 from ..maths.shadow.projection import ShadowPlan, ShadowProjection
 from ..pipeline.frame import Frame
 from ..settings.groups import Settings
+from ..settings.versions import KEY, VERSION
 
 if TYPE_CHECKING:
     from ..pipeline.frame import ImpostorReport
@@ -98,7 +99,7 @@ def head_of(name: str, gl: dict[str, str], settings: Settings | None) -> dict[st
         "input": name,
         "version": extension_version(),
         "gl": {"renderer": gl.get("renderer"), "version": gl.get("version")},
-        "settings": _finite(settings.as_dict()) if settings else None,
+        "settings": {KEY: VERSION, **_finite(settings.as_dict())} if settings else None,
     }
 
 

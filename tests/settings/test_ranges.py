@@ -24,7 +24,7 @@ NUMBERS = [option.name for option in OPTIONS if option.kind in ("number", "count
 def taken(name, value):
     """The settings with this value of an option, as many of it as the option has."""
     option = BY_NAME[name]
-    many = {"numbers": 1, "color": len(option.default) if option.kind == "color" else 0}.get(option.kind)
+    many = {"numbers": 1, "color": option.width if option.kind == "color" else 0}.get(option.kind)
     return with_options(Settings(), NEEDS.get(name, {}) | {name: value if many is None else (value,) * many})
 
 

@@ -137,7 +137,7 @@ SECTIONS = (
     Section(
         "ambient",
         "Ambient & Colours",
-        draw_options("ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
+        draw_options("own_sun", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
         "light",
         True,
     ),

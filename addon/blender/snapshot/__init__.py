@@ -1,10 +1,13 @@
-"""The only translator from bpy to frozen arrays. See `reader` (scene), `cameras`, `lights`, `meshes`, `materials`, `instances`, `marks`."""
+"""The only translator from bpy to frozen arrays.
+
+See `reader` (scene), `cameras`, `lights`, `meshes`, `materials`, `world`, `instances`, `marks`."""
 
 from .cameras import camera_from_object, camera_from_region
 from .lights import choose_light, light_from_object, reaches
 from .marks import PROPERTY as IMPOSTOR_PROPERTY
 from .marks import mark_of_id, marked
 from .reader import Collected, SceneReader
+from .world import world_of
 
 __all__ = [
     "IMPOSTOR_PROPERTY",
@@ -17,4 +20,5 @@ __all__ = [
     "mark_of_id",
     "marked",
     "reaches",
+    "world_of",
 ]

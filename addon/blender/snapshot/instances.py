@@ -11,7 +11,8 @@ import numpy as np
 from ...maths.view import Light
 from ...scene.records import Mark
 from .lights import light_from_object
-from .materials import DEFAULT_COLOR, Color, base_color
+from .materials import Followed, Paint, paint_of
+from .visibility import flags_reader
 
 MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
 IGNORED, LIGHT, CAMERA = -1, -2, -3
@@ -23,27 +24,28 @@ _TYPE_SWITCHES = tuple(f"show_object_viewport_{kind}" for kind in _DRAWN_TYPES)
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """What all instances of one mesh with the same materials share: the mesh's number, and a colour for each material slot."""
+    """What all instances of one mesh with the same materials share: the mesh's number, and a paint for each material slot."""
 
     number: Hashable
-    colors: tuple[Color, ...]
+    paints: tuple[Paint, ...]
 
-    def color(self, slot: int) -> Color:
+    def paint(self, slot: int) -> Paint:
         """Slots beyond the last material show the last one, as in Blender."""
-        return self.colors[min(slot, len(self.colors) - 1)]
+        return self.paints[min(slot, len(self.paints) - 1)]
 
 
 @dataclass(eq=False)
 class Rows:
     """What the loop found, world coordinates absolute: row i is an instance of `kinds[kind[i]]` called `names[i]` at `matrices[i]`.
 
-    `marks[i]` is the impostor it belongs to; the list is empty when nobody asked.
+    `marks[i]` is the impostor it belongs to, `flags[i]` what is special about it; the lists are empty when nobody asked, or all is usual.
     """
 
     kinds: list[Kind] = field(default_factory=list)
     kind: list[int] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     marks: list[Mark | None] = field(default_factory=list)
+    flags: list[int] = field(default_factory=list)
     matrices: np.ndarray = field(default_factory=lambda: np.empty((0, 4, 4)))
     lights: list[Light] = field(default_factory=list)
     cameras: list[bpy.types.Object] = field(default_factory=list)
@@ -58,6 +60,8 @@ class Rows:
             self.names = [n for n, good in zip(self.names, usable, strict=True) if good]
             if self.marks:
                 self.marks = [m for m, good in zip(self.marks, usable, strict=True) if good]
+            if self.flags:
+                self.flags = [f for f, good in zip(self.flags, usable, strict=True) if good]
         return dropped
 
 
@@ -77,10 +81,14 @@ class InstanceLoop:
     ) -> None:
         self.depsgraph, self.number_of, self.use_object_color, self.space = depsgraph, number_of, use_object_color, space
         self.mark_of = mark_of
+        self.flags_of = flags_reader(depsgraph)
+        self.override = depsgraph.view_layer.material_override
         self.rows = Rows()
-        self._colors: dict[int, Color] = {}
+        self._paints: dict[int, Followed] = {}
         self._slotted: dict[int, object] = {}  # kinds with materials: the one, or SEVERAL
-        self._variants: dict[tuple[int, tuple[Color, ...]], int] = {}
+        self._asking: set[int] = set()  # kinds with a material that depends on the object
+        self._variants: dict[tuple[int, tuple[Paint, ...]], int] = {}
+        self._unfollowed: dict[str, None] = {}
 
     def run(self) -> Rows:
         """The rows; those whose matrix is not finite or squashes the object flat are left out with a warning."""
@@ -90,6 +98,10 @@ class InstanceLoop:
         dropped = rows.keep(is_invertible(rows.matrices))
         if dropped:
             rows.warnings.append(f"Left out, scaled to zero or placed at infinity: {listed(dropped)}. Set their scale back to 1.")
+        if self._unfollowed:
+            rows.warnings.append(
+                f"Shown in their viewport colour, because their nodes cannot be followed: {listed(list(self._unfollowed))}."
+            )
         return rows
 
     def _walk(self) -> tuple[list[int], int]:
@@ -99,7 +111,7 @@ class InstanceLoop:
         """
         kind_of_data: dict[bpy.types.ID, int] = {}
         kind_of, names, index, i = self.rows.kind, self.rows.names, [], -1
-        use_object_color, slotted = self.use_object_color, self._slotted
+        use_object_color, slotted, asking, flags_of = self.use_object_color, self._slotted, self._asking, self.flags_of
         is_all_shown = self.space is None or shows_everything(self.space)
         for i, instance in enumerate(self.depsgraph.object_instances):
             ob = instance.object
@@ -112,13 +124,15 @@ class InstanceLoop:
             if kind >= 0:
                 if not (is_all_shown or self._is_shown_in_space(instance)):
                     continue
-                if use_object_color or (kind in slotted and ob.active_material != slotted[kind]):
-                    kind = self._variant(ob, kind)
+                if use_object_color or kind in asking or (kind in slotted and ob.active_material != slotted[kind]):
+                    kind = self._variant(ob, kind, instance.random_id)
                 kind_of.append(kind)
                 names.append(ob.name)
                 index.append(i)
                 if self.mark_of is not None:
                     self.rows.marks.append(self.mark_of(instance))
+                if flags_of is not None:
+                    self.rows.flags.append(flags_of(instance))
             elif kind == LIGHT:
                 self._add_light(ob, np.array(instance.matrix_world, dtype=np.float64))
             elif kind == CAMERA and not instance.is_instance:
@@ -137,35 +151,51 @@ class InstanceLoop:
         number = self.number_of(ob)
         if number is None:
             return IGNORED
-        self.rows.kinds.append(Kind(number, tuple(self._color(m) for m in data.materials) or (DEFAULT_COLOR,)))
-        if len(data.materials):
-            self._slotted[len(self.rows.kinds) - 1] = data.materials[0] if len(data.materials) == 1 else SEVERAL
-        return len(self.rows.kinds) - 1
+        kind = len(self.rows.kinds)
+        materials = [self.override] if self.override else list(data.materials)
+        followed = [self._followed(material) for material in materials]
+        self.rows.kinds.append(Kind(number, tuple(one.paint for one in followed) or (Paint(),)))
+        if any(one.asks for one in followed):
+            self._asking.add(kind)
+        if materials and not self.override:
+            self._slotted[kind] = materials[0] if len(materials) == 1 else SEVERAL
+        return kind
 
-    def _variant(self, ob: bpy.types.Object, kind: int) -> int:
-        """The kind of an object that overrides what its mesh says: its own colour, or materials linked to it."""
-        colors = base = self.rows.kinds[kind].colors
+    def _variant(self, ob: bpy.types.Object, kind: int, random_id: int) -> int:
+        """The kind of an object that differs from what its mesh says: its own colour, materials linked to it or that depend on it."""
+        paints = base = self.rows.kinds[kind].paints
         if self.use_object_color:
-            colors = (tuple(ob.color),)
+            paints = (Paint(tuple(ob.color)),)
         else:
-            for i, slot in enumerate(ob.material_slots):
-                if slot.link == "OBJECT":
-                    padded = colors + (DEFAULT_COLOR,) * (i + 1 - len(colors))
-                    colors = (*padded[:i], self._color(slot.material), *padded[i + 1 :])
-        if colors == base:
+            worn = [self.override] if self.override else [slot.material for slot in ob.material_slots]
+            paints = tuple(self._worn(material, ob, random_id) for material in worn) or base
+        if paints == base:
             return kind
-        if (kind, colors) not in self._variants:
-            self._variants[kind, colors] = len(self.rows.kinds)
-            self.rows.kinds.append(Kind(self.rows.kinds[kind].number, colors))
-        return self._variants[kind, colors]
+        if (kind, paints) not in self._variants:
+            self._variants[kind, paints] = len(self.rows.kinds)
+            self.rows.kinds.append(Kind(self.rows.kinds[kind].number, paints))
+        return self._variants[kind, paints]
 
-    def _color(self, material: bpy.types.Material | None) -> Color:
-        if material is None:
-            return DEFAULT_COLOR
-        pointer = material.as_pointer()
-        if pointer not in self._colors:
-            self._colors[pointer] = base_color(material)
-        return self._colors[pointer]
+    def _worn(self, material: bpy.types.Material | None, ob: bpy.types.Object, random_id: int) -> Paint:
+        """The paint of a material on this very object."""
+        followed = self._followed(material)
+        if followed.asks:
+            followed = self._noted(material, paint_of(material, ob, (random_id & 0xFFFFFFFF) / 0xFFFFFFFF))
+        return followed.paint
+
+    def _followed(self, material: bpy.types.Material | None) -> Followed:
+        """The paint of a material on no object in particular, found once."""
+        pointer = material.as_pointer() if material is not None else 0
+        if pointer not in self._paints:
+            self._paints[pointer] = followed = paint_of(material)
+            if not followed.asks:
+                self._noted(material, followed)
+        return self._paints[pointer]
+
+    def _noted(self, material: bpy.types.Material | None, followed: Followed) -> Followed:
+        if not followed.is_followed:
+            self._unfollowed[material.name] = None
+        return followed
 
     def _add_light(self, ob: bpy.types.Object, matrix: np.ndarray) -> None:
         light, warning = light_from_object(ob, matrix, np.zeros(3))

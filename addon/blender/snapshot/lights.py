@@ -30,14 +30,16 @@ def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origi
     direction = axis / length
     color = _color(data)
     if data.type == "SUN":
-        return Light("sun", direction, None, color=color, name=name), ""
+        return Light("sun", direction, None, color=color, name=name, is_physical=True), ""
     if data.type == "POINT":
-        return Light("point", None, position, color=color, name=name), ""
+        return Light("point", None, position, color=color, name=name, is_physical=True), ""
     if data.type == "SPOT":
         cone = float(data.spot_size) / 2.0
         warning = f"Spot '{name}' opens wider than 172°: taken as 172°." if cone > MAX_CONE_RAD else ""
-        return Light("spot", direction, position, min(cone, MAX_CONE_RAD), float(data.spot_blend), color, name), warning
-    return Light("spot", direction, position, pi / 3, 0.5, color, name), f"Area light '{name}' is taken as a spot of 120° at its centre."
+        return Light("spot", direction, position, min(cone, MAX_CONE_RAD), float(data.spot_blend), color, name, True), warning
+    return Light(
+        "spot", direction, position, pi / 3, 0.5, color, name, True
+    ), f"Area light '{name}' is taken as a spot of 120° at its centre."
 
 
 def _color(data: bpy.types.Light) -> tuple[float, float, float]:

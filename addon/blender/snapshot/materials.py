@@ -1,30 +1,69 @@
-"""The one colour of a material."""
+"""Materials as `Look`s: what a surface reflects, emits and lets through."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import bpy
 
+from ...scene.looks import COATED, PLAIN, Look
+from .nodes import Plug, Surroundings, Unfollowable
+from .shaders import Closures, closures
+
 DEFAULT_COLOR = (0.8, 0.8, 0.8, 1.0)
+FAINTEST = 0.004
+"""Opacity of a surface that is as good as not there: less than a step of an 8-bit picture."""
 Color = tuple[float, float, float, float]
 
 
-def base_color(material: bpy.types.Material | None) -> Color:
-    """Linear RGBA: the unlinked colour of the shader at the active output, else the viewport's `diffuse_color`; grey without one."""
+@dataclass(frozen=True, slots=True)
+class Paint:
+    """What one material slot looks like: its colour (linear, with opacity) and the rest. `is_solid` False: there is no surface at all."""
+
+    color: Color = DEFAULT_COLOR
+    look: Look = COATED
+    is_solid: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """A material's paint; `is_followed` False: it is its viewport colour, the tree cannot be followed. `asks`: it depends on the object."""
+
+    paint: Paint
+    is_followed: bool = True
+    asks: bool = False
+
+
+def paint_of(material: bpy.types.Material | None, ob: bpy.types.Object | None = None, random: float = 0.0) -> Followed:
+    """The paint of a material on an object (None: one that asks nothing of it), from its node tree; without nodes its viewport colour."""
     if material is None:
-        return DEFAULT_COLOR
-    shader = _shader(material)
-    if shader is not None:
-        for name in ("Base Color", "Color"):
-            socket = shader.inputs.get(name)
-            if socket is not None and not socket.is_linked:
-                alpha = shader.inputs.get("Alpha")
-                return (*socket.default_value[:3], alpha.default_value if alpha is not None and not alpha.is_linked else 1.0)
-    return tuple(material.diffuse_color)
-
-
-def _shader(material: bpy.types.Material) -> bpy.types.Node | None:
+        return Followed(Paint())
     if material.node_tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
-        return None
+        return Followed(Paint(tuple(material.diffuse_color), plain_look(material)))
     output = material.node_tree.get_output_node("ALL")
-    surface = output.inputs.get("Surface") if output is not None else None
-    return surface.links[0].from_node if surface is not None and surface.is_linked else None
+    if output is None:
+        return Followed(Paint((0.0, 0.0, 0.0, 1.0), PLAIN))
+    around = Surroundings(ob, random)
+    try:
+        seen = closures(Plug(output.inputs["Surface"]), around)
+    except Unfollowable:
+        return Followed(Paint(tuple(material.diffuse_color), plain_look(material)), False, around.asked)
+    if seen == Closures():
+        is_volume = output.inputs["Volume"].is_linked
+        return Followed(Paint((0.0, 0.0, 0.0, 1.0), PLAIN, not is_volume), asks=around.asked)
+    return Followed(_paint(seen), asks=around.asked)
+
+
+def plain_look(material: bpy.types.Material) -> Look:
+    """The look that the viewport's settings of a material give."""
+    return Look(metallic=float(material.metallic), roughness=float(material.roughness), f0=COATED.f0)
+
+
+def _paint(seen: Closures) -> Paint:
+    opacity = 1.0 - min(sum(seen.through) / 3.0, 1.0)
+    if opacity < FAINTEST and seen.weight < FAINTEST:
+        return Paint((*seen.through, opacity), PLAIN, False)
+    tinted = seen.weight < FAINTEST and seen.emission == (0.0, 0.0, 0.0) and seen.hole == 0.0
+    color, weight = (seen.through, 1.0) if tinted else (seen.color, seen.weight / max(opacity, FAINTEST))
+    look = Look(seen.emission, weight, seen.metallic, seen.roughness, seen.f0, (0.0, 0.0, 0.0), seen.hole)
+    return Paint((*color, opacity), look)

@@ -22,6 +22,7 @@ import numpy as np
 
 from ...errors import SceneError
 from ...maths.view import Camera, Light
+from ...scene.looks import PLAIN, Look
 from ...scene.mesh_pieces import Prepared, RawMesh, prepare_all
 from ...scene.mesh_prep import DEFAULT_CREASE_RAD, Defects
 from ...scene.records import Instances, Mesh, Scene
@@ -120,8 +121,8 @@ class Collected:
         session, rows = self.session, self.rows
         session.prepare_pending()
         rows.keep(session.is_drawable(rows))
-        meshes, instances = _instances(rows, session.content, session.known)
-        scene = Scene(meshes, instances, tuple(rows.names), np.zeros(3))
+        meshes, instances, looks = _instances(rows, session.content, session.known)
+        scene = Scene(meshes, instances, tuple(rows.names), np.zeros(3), looks=looks)
         origin = local_origin(scene.bounds_ws()) if len(instances) else np.zeros(3)
         moved = np.array(instances.world_from_object)
         moved[:, :3, 3] -= origin
@@ -224,33 +225,47 @@ def local_origin(bounds_ws: np.ndarray) -> np.ndarray:
 
 def _instances(
     rows: Rows, content: dict[ContentKey, Prepared], known: dict[Number, ContentKey | None]
-) -> tuple[tuple[Mesh, ...], Instances]:
-    """Rows times their material slots. Equal content from several datablocks becomes one mesh."""
+) -> tuple[tuple[Mesh, ...], Instances, np.ndarray]:
+    """Rows times their material slots that are surfaces, and the looks. Equal content from several datablocks becomes one mesh."""
     meshes: list[Mesh] = []
     first_of: dict[object, int] = {}
-    slots, mesh_of, colors, counts, offsets = [], [], [], [], []
+    slots, mesh_of, colors, counts, offsets, looks = [], [], [], [], [], []
+    look_of: dict[Look, int] = {}
     for kind in rows.kinds:
         key = known[kind.number]
         prepared = content[key]
-        counts.append(len(prepared.slots))
         offsets.append(prepared.offset_os)
         first = first_of.setdefault(key, len(meshes))
         if first == len(meshes):
             meshes.extend(prepared.meshes)
-        mesh_of.extend(range(first, first + len(prepared.slots)))
-        slots.extend(prepared.slots)
-        colors.extend(kind.color(slot) for slot in prepared.slots)
-    return tuple(meshes), _expanded(
-        rows,
-        np.array(counts, dtype=np.int64),
-        np.array(offsets).reshape(-1, 3),
+        solid = [i for i, slot in enumerate(prepared.slots) if kind.paint(slot).is_solid]
+        counts.append(len(solid))
+        mesh_of.extend(first + i for i in solid)
+        slots.extend(prepared.slots[i] for i in solid)
+        paints = [kind.paint(prepared.slots[i]) for i in solid]
+        colors.extend(paint.color for paint in paints)
+        looks.extend(look_of.setdefault(paint.look, len(look_of)) for paint in paints)
+    of_entry = Entries(
         np.array(mesh_of, dtype=np.int32),
         np.array(slots, dtype=np.int32),
         np.array(colors, dtype=np.float32).reshape(-1, 4),
+        np.array(looks, dtype=np.int32),
     )
+    numbers = np.array([look.numbers() for look in look_of or (PLAIN,)])
+    return tuple(meshes), _expanded(rows, np.array(counts, dtype=np.int64), np.array(offsets).reshape(-1, 3), of_entry), numbers
 
 
-def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, mesh_of: np.ndarray, slots: np.ndarray, colors: np.ndarray) -> Instances:
+@dataclass(frozen=True, eq=False)
+class Entries:
+    """One for each kind and material slot: its mesh, slot, colour and look."""
+
+    meshes: np.ndarray
+    slots: np.ndarray
+    colors: np.ndarray
+    looks: np.ndarray
+
+
+def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, of: Entries) -> Instances:
     kind = np.array(rows.kind, dtype=np.int64)
     per_row = counts[kind]
     object_id = np.repeat(np.arange(len(kind)), per_row)
@@ -258,7 +273,8 @@ def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, mesh_of: np.n
     entry = np.arange(len(object_id)) - np.repeat(np.cumsum(per_row) - per_row, per_row) + np.repeat(first, per_row)
     matrices = rows.matrices.copy()
     matrices[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], offsets[kind])
-    return Instances(mesh_of[entry], matrices[object_id], object_id, slots[entry], colors[entry])
+    flags = np.array(rows.flags, dtype=np.uint8)[object_id] if rows.flags else None
+    return Instances(of.meshes[entry], matrices[object_id], object_id, of.slots[entry], of.colors[entry], of.looks[entry], flags)
 
 
 def _cameras(rows: Rows, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], origin: np.ndarray) -> tuple[tuple[Camera, ...], list[str]]:

@@ -10,6 +10,7 @@ import moderngl
 import numpy as np
 
 from ...maths.spaces import transform
+from ...scene.looks import PLAIN_LOOKS
 from ...scene.records import Scene
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, set_uniforms
@@ -18,6 +19,7 @@ from .culling import Culling, back_faces_left_out
 from .pools import Pools
 
 ROWS_PER_SLOT = 4
+FLAG_SHIFT, LOOK_SHIFT = 1, 8  # as in common_look.glsl
 MERGED_GAP = 3072  # hidden indices drawn along rather than paying for another call
 
 
@@ -82,7 +84,7 @@ class DrawnPart:
 @dataclass
 class DrawList:
     """Drawable form of a scene. `table`: four RGBA32F texels a slot (rows of world_from_object, base colour); `info`: RGBA32UI
-    (object id + 1, material slot + 1, instance row, 1 if baked)."""
+    (object id + 1, material slot + 1, instance row; bit 0: baked, then the flags and the look's number)."""
 
     context: moderngl.Context
     pools: Pools
@@ -261,6 +263,15 @@ class DrawList:
             self.on_demand["u_extents"] = BufferTexture(self.context, buffer, "rgba32f"), buffer
         return self.on_demand["u_extents"][0]
 
+    def looks(self) -> BufferTexture | None:
+        """`u_looks` (RGBA32F): three texels for each look of the scene, made when first asked for; None where all is plain."""
+        if np.array_equal(self.scene.looks, PLAIN_LOOKS) and not self.scene.instances.flags.any():
+            return None
+        if "u_looks" not in self.on_demand:
+            buffer = self.context.buffer(np.ascontiguousarray(self.scene.looks, np.float32).tobytes())
+            self.on_demand["u_looks"] = BufferTexture(self.context, buffer, "rgba32f"), buffer
+        return self.on_demand["u_looks"][0]
+
     def _draw_groups(self, program: moderngl.Program, attributes: bool, masks: list[np.ndarray], culling: Culling | None) -> int:
         drawn = [(group, *part) for group, mask in zip(self.groups, masks, strict=True) for part in _parts_by_culling(group, mask, culling)]
         if not drawn:
@@ -345,7 +356,8 @@ def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np
     info[used, 0] = inst.object_id[rows] + 1
     info[used, 1] = inst.material_slot[rows] + 1
     info[used, 2] = rows
-    info[:baked_slots, 3] = 1
+    info[used, 3] = (inst.look[rows].astype(np.uint32) << LOOK_SHIFT) | (inst.flags[rows].astype(np.uint32) << FLAG_SHIFT)
+    info[:baked_slots, 3] |= 1
     return table, info
 
 

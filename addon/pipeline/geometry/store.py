@@ -82,7 +82,9 @@ class GeometryStore:
         """The same meshes and instances: what moved is placed anew, the rest stays as it is."""
         old, new = before.instances, scene.instances
         moved = np.flatnonzero((old.world_from_object != new.world_from_object).any(axis=(1, 2)))
-        if len(moved) or not (np.array_equal(old.object_id, new.object_id) and np.array_equal(old.material_slot, new.material_slot)):
+        if len(moved) or not all(
+            np.array_equal(getattr(old, name), getattr(new, name)) for name in ("object_id", "material_slot", "flags")
+        ):
             self.state += 1
         self.colors += 1
         ranges, groups = self._draw_list.ranges, self._draw_list.groups

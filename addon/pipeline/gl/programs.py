@@ -49,6 +49,7 @@ SAMPLER_UNITS = {
     "u_links": 27,
     "u_normals": 28,
     "u_sampled": 29,
+    "u_looks": 30,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

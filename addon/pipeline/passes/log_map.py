@@ -37,31 +37,38 @@ def log_bend_vector(projection: ShadowProjection) -> np.ndarray:
 
 
 def draw_log_map(
-    programs: Programs, draw_list: DrawList, origin_ws: np.ndarray, projection: ShadowProjection, size: int, defines: dict[str, int]
+    programs: Programs,
+    draw_list: DrawList,
+    origin_ws: np.ndarray,
+    projection: ShadowProjection,
+    size: int,
+    defines: dict[str, int],
+    rows: np.ndarray | None = None,
 ) -> int:
-    """Draw the casters into the bound layer of `size` texels, ids as `defines` say; returns the triangles sent."""
-    planes, rows = log_planes(projection), cut_rows(projection, size)
+    """Draw the casters, of the instance rows `rows` (I,) bool, into the bound layer of `size` texels, ids as `defines` say; returns the
+    triangles sent."""
+    planes, slabs = log_planes(projection), cut_rows(projection, size)
     limits = {"MOST_SLABS": MOST_SLABS, "MOST_VERTICES": 2 * MOST_SLABS + 5, **defines}
     stages = "shadow_log.frag", "shadow_log.geom"
     pair = [programs.get("shadow.vert", *stages, INSTANCED=flag, **limits) for flag in (0, 1)]
-    large = large_in(draw_list, projection, planes, None)
+    large = large_in(draw_list, projection, planes, rows)
     large_pair = []
     if large is not None:
         large_pair = [(programs.get("shadow_cut.vert", *stages, IS_CUT=1, **limits), pieces(draw_list, projection, large, size))]
     sent = 0
-    for first in range(0, rows + 1, MOST_SLABS):
+    for first in range(0, slabs + 1, MOST_SLABS):
         for program in (*pair, *(program for program, _ in large_pair)):
             set_uniforms(
                 program,
                 **relative_to(origin_ws, projection.clip_from_world),
                 u_log_warp=log_warp_vector(projection).tobytes(),
                 u_log_bend=log_bend_vector(projection).tobytes(),
-                u_rows=rows,
-                u_shift=BALANCE * (math.log(2.0) * 2.0 / rows / projection.log.scale) ** 2 / 8.0,
+                u_rows=slabs,
+                u_shift=BALANCE * (math.log(2.0) * 2.0 / slabs / projection.log.scale) ** 2 / 8.0,
                 u_first_slab=first,
             )
-        select = (lambda bounds, edge, first=first: most_cuts(projection, rows, bounds, edge) >= first) if first else None
-        sent += draw_list.draw(*pair, planes, attributes=False, select=select, without=large)
+        select = (lambda bounds, edge, first=first: most_cuts(projection, slabs, bounds, edge) >= first) if first else None
+        sent += draw_list.draw(*pair, planes, attributes=False, select=select, rows=rows, without=large)
         sent += sum(draw_vertices(draw_list.context, *drawn) for drawn in large_pair)
     return sent
 

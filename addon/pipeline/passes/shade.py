@@ -16,7 +16,7 @@ from ...images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
 from ...images.passes import id_colors
 from ...maths.shadow.projection import ShadowPlan
 from ...maths.view import Camera, Light
-from ...settings.groups import DISPLAYS, Settings
+from ...settings.groups import DISPLAYS, Settings, ShadingChoice, ShadingWorld
 from ..geometry.draw_list import DrawList
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
@@ -82,6 +82,10 @@ class ShadePass:
         `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked.
         `side`: so many pixels of the target to a side of the picture's own, which softness and error are told in.
         """
+        looks = draw_list.looks()
+        more = {"u_looks": looks} if looks is not None else {}
+        if large is not None:
+            more["u_large"] = large.texture
         program = self._programs.get(
             "fullscreen.vert",
             "shade.frag",
@@ -95,9 +99,10 @@ class ShadePass:
             LARGE=large is not None,
             IMPOSTORS=impostors,
             MOST_FOLLOWED=MOST_FOLLOWED,
+            LOOKS=looks is not None,
             **shadow_defines(settings.test),
         )
-        self._bind(program, gbuffer, maps, draw_list, triangles | ({"u_large": large.texture} if large is not None else {}))
+        self._bind(program, gbuffer, maps, draw_list, triangles | more)
         along, start = pixel_rays(camera, target.size)
         origin = plan.origin_ws if plan else np.zeros(3)
         set_uniforms(
@@ -122,7 +127,7 @@ class ShadePass:
         context, depth = self._context, gbuffer.projection
         target.holds = None
         background = self._programs.get("fullscreen.vert", "background.frag", DATA=target.data)
-        set_uniforms(background, u_background=settings.shading.background)
+        set_uniforms(background, u_background=settings.shading.under(ShadingWorld()).background)
         farther = {"<": ">", ">": "<"}[depth.nearer]
         with gbuffer.depth.attached(target.framebuffer):
             context.enable_only(moderngl.DEPTH_TEST)
@@ -175,7 +180,7 @@ def _light_uniforms(light: Light | None, settings: Settings, origin_ws: np.ndarr
         return {"u_light": (0.0, 0.0, 1.0, 0.0), "u_light_color": (0.0, 0.0, 0.0, 0.0), "u_spot": (0.0, 0.0, 1.0, 2.0), "u_spot_blend": 1.0}
     is_sun = light.kind == "sun"
     vector = light.direction_ws if is_sun else light.position_ws - origin_ws
-    color = tuple(c * settings.shading.light_strength for c in light.color)
+    color = tuple(c * radiance_per_color(light, settings.shading) for c in light.color)
     spot = (*map(float, light.direction_ws), math.cos(light.cone_rad)) if light.kind == "spot" else (0.0, 0.0, 1.0, 2.0)
     return {
         "u_light": (*map(float, vector), 0.0 if is_sun else 1.0),
@@ -185,11 +190,17 @@ def _light_uniforms(light: Light | None, settings: Settings, origin_ws: np.ndarr
     }
 
 
+def radiance_per_color(light: Light, shading: ShadingChoice) -> float:
+    """What a white diffuse surface facing the light shows (at 1 m, of one with a place), over the light's colour: 1/π by Lambert."""
+    return shading.light_strength * (1.0 / math.pi if light.is_physical else shading.own_sun)
+
+
 def _colors(settings: Settings) -> dict[str, object]:
-    shading = settings.shading
+    shading = settings.shading.under(ShadingWorld())
     return {
         "u_ambient_sky": (*shading.ambient_sky, 1.0),
         "u_ambient_ground": (*shading.ambient_ground, 1.0),
+        "u_background": shading.background,
         "u_clay": (*shading.clay, 1.0),
     }
 

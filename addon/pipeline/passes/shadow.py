@@ -83,7 +83,7 @@ def draw_shadow_maps(
 ) -> int:
     """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp).
 
-    `rows` (I,) bool: only these instance rows of the scene, into maps that are not logarithmic.
+    `rows` (I,) bool: only these instance rows of the scene.
     """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
     draw_one = partial(_draw_one, programs, draw_list, plan.origin_ws, size=maps.size, defines=defines, rows=rows)
@@ -118,7 +118,7 @@ def _draw_one(
 ) -> int:
     """Draw one map; `culled`: without the back faces of closed meshes, whose edges outlines need."""
     if projection.log is not None:
-        return draw_log_map(programs, draw_list, origin_ws, projection, size, defines)
+        return draw_log_map(programs, draw_list, origin_ws, projection, size, defines, rows)
     planes = frustum_planes(projection.clip_from_world, cull_near=False)
     large = large_in(draw_list, projection, planes, rows)
     pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, **defines) for flag in (0, 1)]

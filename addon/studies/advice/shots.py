@@ -76,7 +76,7 @@ class Shot:
             settings.fit,
             receivers_ws=self._surface[0],
             scene_bounds_ws=job.scene.bounds_ws(),
-            caster_bounds_ws=job.scene.instance_bounds_ws(),
+            caster_bounds_ws=job.scene.caster_bounds_ws(),
             image_size=self._small,
         )
 

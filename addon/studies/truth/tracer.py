@@ -15,6 +15,7 @@ import numpy as np
 
 from ...maths.domains import require_choice
 from ...maths.view import Camera, Light
+from ...scene.looks import HIDDEN, NO_SHADOW
 from ...scene.records import Scene
 from .backends import BACKENDS, Backend
 from .triangles import WorldTriangles, world_triangles
@@ -89,6 +90,7 @@ class TruthTracer:
         """`go_on` is called again and again while it works; what it raises ends the work."""
         require_choice("Ray tracer", backend, tuple(BACKENDS))
         self.triangles: WorldTriangles = world_triangles(scene)
+        self.is_hidden, self.casts_none = ((self.triangles.flags & flag) != 0 for flag in (HIDDEN, NO_SHADOW))
         self._backend: Backend = BACKENDS[backend](self.triangles.corners, go_on)
 
     def trace(self, camera: Camera, light: Light, size: tuple[int, int]) -> Truth:
@@ -98,7 +100,7 @@ class TruthTracer:
     def sample(self, camera: Camera, light: Light, size: tuple[int, int], pixels: np.ndarray) -> Truth:
         """The truth at K pixel coordinates (K, 2) of that picture, not necessarily centres."""
         origins, directions, lengths = pixel_rays(camera, size, pixels)
-        triangle, distance = self._backend.nearest(origins, directions, lengths)
+        triangle, distance = self._seen(origins, directions, lengths)
         seen = triangle >= 0
         point, normal = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3))
         point[seen], normal[seen] = self._surface(origins[seen], directions[seen], triangle[seen], distance[seen])
@@ -113,6 +115,18 @@ class TruthTracer:
         object_id = np.full(len(pixels), -1, dtype=np.int32)
         object_id[seen] = self.triangles.object_id[triangle[seen]]
         return Truth(depth, object_id, triangle, point, normal, facing, lit_facing, lit)
+
+    def _seen(self, origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The first triangle on each ray that the camera may see (−1: none), and its distance."""
+        triangle, distance = self._backend.nearest(origins, directions, lengths)
+        going = np.flatnonzero((triangle >= 0) & self.is_hidden[triangle])
+        while len(going):
+            start = distance[going] + self.triangles.noise[triangle[going]]
+            left = np.maximum(lengths[going] - start, 0.0)
+            triangle[going], further = self._backend.nearest(origins[going] + directions[going] * start[:, None], directions[going], left)
+            distance[going] = start + further
+            going = going[(triangle[going] >= 0) & self.is_hidden[triangle[going]] & (left > 0.0)]
+        return triangle, distance
 
     def _surface(
         self, origins: np.ndarray, directions: np.ndarray, triangle: np.ndarray, distance: np.ndarray
@@ -147,7 +161,7 @@ class TruthTracer:
             hit_any = hit >= 0
             going, hit, distance = going[hit_any], hit[hit_any], distance[hit_any]
             height = np.einsum("ij,ij->i", point[going] - self.triangles.corners[hit, 0], self.triangles.normal[hit])
-            itself = np.abs(height) <= noise[going]
+            itself = (np.abs(height) <= noise[going]) | self.casts_none[hit]
             blocked[going[~itself]] = True
             going, distance = going[itself], distance[itself]
             travelled[going] += distance + noise[going]
