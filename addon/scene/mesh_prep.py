@@ -9,6 +9,7 @@ Underflow is let pass: a product of two tiny components that rounds to zero is t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import cos, pi
 
@@ -16,6 +17,7 @@ import numpy as np
 
 DEFAULT_CREASE_RAD = pi / 6
 PAIRS_AT_ONCE = 1 << 17
+TRIANGLES_AT_ONCE = 1 << 14
 MAX_VALENCE = 512
 FLATNESS = 1e-9
 HASH_FACTORS = (0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9, 0x27D4EB2F165667C5)
@@ -75,8 +77,11 @@ def drawable(positions: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, 
     if bad_vertices:
         usable[usable] = finite[triangles[usable]].all(axis=1)
     keep = usable.copy()
-    geometry = _Geometry(positions, triangles if usable.all() else triangles[usable])
-    keep[usable] = geometry.twice_area > FLATNESS * geometry.longest_squared
+    chosen, has_area = triangles if usable.all() else triangles[usable], np.empty(int(np.count_nonzero(usable)), bool)
+    for rows in _blocks(len(chosen)):
+        geometry = _Geometry(positions, chosen[rows])
+        has_area[rows] = geometry.twice_area > FLATNESS * geometry.longest_squared
+    keep[usable] = has_area
     used = int(np.count_nonzero(usable))
     return keep, Defects(bad_vertices, len(triangles) - used, used - int(np.count_nonzero(keep)))
 
@@ -85,13 +90,17 @@ def _dot(a: Columns, b: Columns) -> np.ndarray:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
+def _blocks(count: int) -> Iterator[slice]:
+    """Rows of so many, some at once: what is worked out of them in float64 stays small."""
+    return (slice(at, at + TRIANGLES_AT_ONCE) for at in range(0, count, TRIANGLES_AT_ONCE))
+
+
 class _Geometry:
-    """Edges, cross product, area of every triangle, float64 columns (T,)."""
+    """Edges, cross product, area of some triangles, float64 columns (T,)."""
 
     def __init__(self, positions: np.ndarray, triangles: np.ndarray) -> None:
-        columns = [np.ascontiguousarray(positions[:, k], dtype=np.float64) for k in range(3)]
-        index = [np.ascontiguousarray(triangles[:, k]) for k in range(3)]
-        a, b, c = ([column[i] for column in columns] for i in index)
+        corners = (np.take(positions, triangles[:, k], axis=0) for k in range(3))
+        a, b, c = ([corner[:, k].astype(np.float64) for k in range(3)] for corner in corners)
         self.edges: list[Columns] = [[q - p for p, q in zip(u, v, strict=True)] for u, v in ((a, b), (b, c), (c, a))]
         (x, y, z), (u, v, w) = self.edges[0], self.edges[1]
         self.cross: Columns = [y * w - z * v, z * u - x * w, x * v - y * u]
@@ -113,6 +122,17 @@ class _Geometry:
         for k in range(3):
             out[:, k] = np.arctan2(area, -_dot(self.edges[k - 1], self.edges[k]).astype(np.float32))
         return out
+
+
+def _normals_and_angles(positions: np.ndarray, triangles: np.ndarray) -> tuple[Columns, np.ndarray]:
+    """Unit normals, float32 columns, and interior angles (T, 3) of all triangles, which have an area."""
+    normals, angles = [np.empty(len(triangles), np.float32) for _ in range(3)], np.empty((len(triangles), 3), np.float32)
+    for rows in _blocks(len(triangles)):
+        geometry = _Geometry(positions, triangles[rows])
+        angles[rows] = geometry.angles()
+        for column, own in zip(normals, geometry.normals(), strict=True):
+            column[rows] = own
+    return normals, angles
 
 
 def weld(positions: np.ndarray, group: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -162,8 +182,7 @@ def shade_by_crease(
     """
     points, first = weld(np.asarray(positions, dtype=np.float32), group)
     corners = np.take(points, triangles)
-    geometry = _Geometry(positions, triangles)
-    normals, weights = geometry.normals(), geometry.angles()
+    normals, weights = _normals_and_angles(positions, triangles)
     mean = _point_means(normals, weights, corners, len(first))
     rough = _rough_points(mean, normals, corners, cos(min(crease_angle_rad, pi) / 2))
     used = np.zeros(len(first), dtype=bool)
