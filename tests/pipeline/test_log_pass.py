@@ -65,8 +65,9 @@ def log_frame(renderer, scene, warp="logpsm", **test):
 
 
 def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monkeypatch):
-    """The cuts matter: with them switched off a long floor is visibly wrong in the map. (A new scene each: its map is drawn anew.)"""
+    """The cuts matter: with them switched off a long floor is visibly wrong in the map. (What is drawn in between has the map drawn anew.)"""
     exact = log_frame(renderer, scenes.border_floor())
+    log_frame(renderer, scenes.closed_box())
     monkeypatch.setattr(log_map, "BEND_TEXELS", 1e9)
     bent = log_frame(renderer, scenes.border_floor())
     expected = ray_depth(scenes.border_floor(), exact.plan.projections[0], MAP)

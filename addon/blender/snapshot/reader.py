@@ -23,6 +23,7 @@ import numpy as np
 from ...errors import SceneError
 from ...maths.view import Camera, Light
 from ...scene.looks import PLAIN, Look
+from ...scene.memory import give_back
 from ...scene.mesh_pieces import Prepared, RawMesh, prepare_all
 from ...scene.mesh_prep import DEFAULT_CREASE_RAD, Defects
 from ...scene.records import Instances, Mesh, Scene
@@ -33,6 +34,7 @@ from .meshes import read_object
 
 ContentKey = tuple[bytes, float]
 Number = tuple[int, float]  # an evaluated mesh's session_uid, and the crease angle
+MUCH = 1 << 18  # triangles made drawable after which memory is given back
 
 
 @dataclass(slots=True)
@@ -195,6 +197,11 @@ class _Session:
                 pending[key] = self.fetched[number]
         self.counts = ReadCounts(len(self.fetched), len(pending))
         self.content.update(zip(pending, prepare_all(list(pending.values()), list(pending), self.crease), strict=True))
+        self.fetched, self.old_fetched = {}, {}
+        is_much = sum(len(raw.triangles) for raw in pending.values()) > MUCH
+        pending.clear()
+        if is_much:
+            give_back()
 
     def is_drawable(self, rows: Rows) -> np.ndarray:
         """(rows,) bool: something of the mesh is left to draw."""
