@@ -65,7 +65,7 @@ def log_frame(renderer, scene, warp="logpsm", **test):
 
 
 def test_without_cuts_edges_stay_straight_and_the_cuts_bend_them(renderer, monkeypatch):
-    """The cuts matter: with them switched off a long floor is visibly wrong in the map. (What is drawn in between has the map drawn anew.)"""
+    """The cuts matter: with them switched off a long floor is visibly wrong in the map. (What is drawn between has the map drawn anew.)"""
     exact = log_frame(renderer, scenes.border_floor())
     log_frame(renderer, scenes.closed_box())
     monkeypatch.setattr(log_map, "BEND_TEXELS", 1e9)
