@@ -20,6 +20,11 @@ def shown_lines(text: str) -> str:
     return _UNFIT_BUT_LINES.sub(_escape, text)
 
 
+def shown_json(text: str) -> str:
+    """JSON text whose strings hold nothing that is unfit, in JSON's own escapes; it says the same."""
+    return _UNFIT_BUT_LINES.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+
+
 def shown_name(text: str, most: int = LONGEST_NAME) -> str:
     """A foreign name within a sentence: one line, cut where it is longer than `most` characters."""
     line = shown(text)

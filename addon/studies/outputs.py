@@ -6,7 +6,6 @@ import errno
 import io
 import json
 import os
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -19,10 +18,10 @@ from ..images.exr import encode_exr
 from ..images.png import encode_png
 from ..pipeline.render_passes import channels_of, pass_named, picture_of
 from ..scene import user_files
+from ..scene.plain_text import shown_json
 from .run import Outcome
 from .scratch import PART, beside
 
-_UNFIT = re.compile("[\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 _records: ContextVar[tuple[tuple[str, list[Path]], ...]] = ContextVar("cad-shadow-records", default=())
 _claims: ContextVar[tuple[dict[Path, str], ...]] = ContextVar("cad-shadow-claims", default=())
 
@@ -135,8 +134,7 @@ def write_bytes(path: Path, data: bytes) -> None:
 
 def json_text(data: object) -> str:
     """JSON without NaN and infinities (a defect if there is one), indented for people; what no terminal or UTF-8 should get as escapes."""
-    text = json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
-    return _UNFIT.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    return shown_json(json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False))
 
 
 def write_json(path: Path, data: object) -> None:

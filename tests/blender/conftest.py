@@ -5,6 +5,7 @@ import importlib
 import pytest
 
 from tests.blender.impostor_rig import SIZE
+from tests.blender.user_folder import BOX
 from tests.conftest import ROOT
 
 MODULE = "bl_ext.user_default.cad_shadow_preview"
@@ -90,3 +91,12 @@ def view(api, room):
 
     yield draw
     room("blender.session").forget()
+
+
+@pytest.fixture
+def box(tmp_path):
+    """A model in in/."""
+    path = tmp_path / "in" / "box.obj"
+    path.parent.mkdir()
+    path.write_text(BOX)
+    return path
