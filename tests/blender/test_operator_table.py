@@ -38,13 +38,16 @@ def drawn(draw, blend):
 
 
 def test_the_menu_lists_the_operators_in_groups(operators, blend):
-    assert drawn(operators.CAD_SHADOW_MT_render.draw, blend).groups == LISTED
+    groups = drawn(operators.CAD_SHADOW_MT_render.draw, blend).groups
+    known = {name for group in LISTED for name in group}
+    assert [[name for name in group if name in known] for group in groups] == LISTED
+    assert sum(map(len, groups)) == sum(len(row.operators) for row in operators.OPERATORS.values() if row.group)
 
 
 def test_every_operator_of_every_row_is_registered_and_there_are_no_others(operators, blend):
     named = {operator.bl_idname for row in operators.OPERATORS.values() for operator in row.operators}
     assert named == {f"cad_shadow.{name}" for name in dir(blend.ops.cad_shadow) if name != "preset_add"}
-    assert named == {f"cad_shadow.{name}" for group in LISTED for name in group} | {"cad_shadow.import_cad"}
+    assert named >= {f"cad_shadow.{name}" for group in LISTED for name in group} | {"cad_shadow.import_cad"}
 
 
 @pytest.mark.parametrize("place", ["sidebar", "render"])
@@ -54,7 +57,7 @@ def test_every_operator_of_every_row_is_registered_and_there_are_no_others(opera
 def test_a_section_ends_with_the_buttons_of_its_operators_while_they_are_there(operators, blend, place, section, button):
     panel = getattr(blend.types, f"CAD_SHADOW_PT_{place}_{section}")
     added = [draw for draw in panel.draw._draw_funcs if draw.__module__ == operators.__name__]
-    assert [drawn(draw, blend).buttons for draw in added] == [[button]]
+    assert [button] in [drawn(draw, blend).buttons for draw in added]
 
 
 def test_an_operator_that_blender_refuses_leaves_none_of_the_others(operators, blend, monkeypatch):
