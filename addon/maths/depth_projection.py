@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .frusta import box_corners, hexahedron
+from .spaces import linear
 from .view import Camera
 
 REFINED = 8  # boxes at either end of an orthographic view that are cut to what it shows
@@ -88,8 +89,8 @@ def fitted(camera: Camera, bounds_ws: np.ndarray) -> DepthProjection:
 def view_depths(camera: Camera, bounds_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(B,) smallest and (B,) largest view depth of boxes (B, 2, 3)."""
     row = -camera.view_from_world[2]
-    middle = 0.5 * (bounds_ws[:, 0] + bounds_ws[:, 1]) @ row[:3] + row[3]
-    half = 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0]) @ np.abs(row[:3])
+    middle = linear(row[:3], 0.5 * (bounds_ws[:, 0] + bounds_ws[:, 1]).T) + row[3]
+    half = linear(np.abs(row[:3]), 0.5 * (bounds_ws[:, 1] - bounds_ws[:, 0]).T)
     return middle - half, middle + half
 
 

@@ -18,6 +18,14 @@ def transform(target_from_source: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.asarray(points, np.float64) @ target_from_source[:, :3].T + target_from_source[:, 3]
 
 
+def linear(matrix: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """(R, N) a small matrix (R, C), or (N,) a row (C,) of one, times N columns (C, N).
+
+    By numpy's own loops: a linear-algebra library would begin threads for it, and these cost many times what the product does.
+    """
+    return np.einsum("...c,cn->...n", matrix, columns)
+
+
 def divide(points_h: np.ndarray) -> np.ndarray:
     """(…, 4) homogeneous → (…, 3). Domain: w ≠ 0."""
     return points_h[..., :3] / points_h[..., 3:]

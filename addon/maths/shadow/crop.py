@@ -14,6 +14,7 @@ import numpy as np
 
 from ..choices import FitChoice
 from ..frusta import box_corners, box_distances
+from ..spaces import linear
 from .light_space import LightSpace
 from .projection import LogWarp
 
@@ -68,7 +69,7 @@ def casters_in(space: LightSpace, boxes: np.ndarray) -> Casters:
     if space.position is None:
         centre, half = boxes.mean(axis=1), 0.5 * (boxes[:, 1] - boxes[:, 0])
         axes = space.from_eye[:3, :3]
-        return Casters(centre @ axes.T, half @ np.abs(axes).T)
+        return Casters(linear(axes, centre.T).T, linear(np.abs(axes), half.T).T)
     h = box_corners(boxes) @ space.from_eye[:, :3].T + space.from_eye[:, 3]
     ahead = h[..., 3].max(axis=1, initial=-inf) > space.least
     h, boxes = h[ahead], boxes[ahead]

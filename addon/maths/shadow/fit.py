@@ -16,7 +16,7 @@ import numpy as np
 
 from ..choices import FitChoice, PartitionChoice, WarpChoice, unsuited
 from ..frusta import Body, frustum_corners, hexahedron
-from ..spaces import smoothstep, translation
+from ..spaces import linear, smoothstep, translation
 from ..view import Camera, Light
 from ..warping.formulas import eta_from_parameter, faded_bend, gamma_lim_rad, warp_depth
 from ..warping.row import RATE
@@ -209,7 +209,7 @@ def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: Lig
     length = float(np.linalg.norm(upright))
     share = 1.0 - smoothstep(space.gamma_rad, 0.0, UPRIGHT_BELOW)
     if share > 0.0 and length > 1e-6 and receivers is not None:
-        across = (space.from_eye[:3, :3] @ upright / length) @ receivers.rows
+        across = linear(space.from_eye[:3, :3] @ upright / length, receivers.rows)
         middle = 0.5 * (float(across.min()) + float(across.max()))
         plane = (1.0 - share) * plane + share * np.append(upright / length, -middle)
         plane = plane / np.linalg.norm(plane[:3])
@@ -243,10 +243,10 @@ def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.
         return None, None
     axes = space.from_eye.astype(np.float32)
     if space.planes is None:
-        return axes[:3, :3] @ sight.samples, sight.depths
+        return linear(axes[:3, :3], sight.samples), sight.depths
     planes = space.planes.astype(np.float32)
-    inside = np.flatnonzero((planes[:, :3] @ sight.samples >= -planes[:, 3:]).all(axis=0))
-    h = axes[:, :3] @ sight.samples.take(inside, axis=1) + axes[:, 3:]
+    inside = np.flatnonzero((linear(planes[:, :3], sight.samples) >= -planes[:, 3:]).all(axis=0))
+    h = linear(axes[:, :3], sight.samples.take(inside, axis=1)) + axes[:, 3:]
     rows, depths = h[:3] / h[3], sight.depths[inside]
     if space.select is None:  # a spot: outside its cone nothing is lit
         lit = np.flatnonzero(rows[0] ** 2 + rows[2] ** 2 <= (1.0 + SLACK) * space.slope**2)
@@ -274,7 +274,7 @@ def _contents(
         return Receivers(space.points(inside).T), sight.padded_range(float(own.min()), float(own.max()))
     held = slices.holds(i, heights)
     for plane in half:
-        side = (space.from_eye[:3, :3] @ plane[:3]).astype(np.float32) @ rows + np.float32(plane[3])
+        side = linear((space.from_eye[:3, :3] @ plane[:3]).astype(np.float32), rows) + np.float32(plane[3])
         held &= side >= -SLACK * np.abs(rows).max(axis=0)
     chosen = np.flatnonzero(held)
     if not len(chosen):

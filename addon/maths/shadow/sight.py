@@ -8,6 +8,7 @@ import numpy as np
 
 from ..choices import FitChoice, WarpChoice
 from ..frusta import Body, box_corners, box_planes, frustum_corners, hexahedron
+from ..spaces import linear
 from ..view import Camera
 
 THINNEST = 1e-3  # least (f−n)/n of a range that is divided
@@ -71,6 +72,6 @@ def sight_of(
         samples = np.empty((3, len(points)), np.float32)
         for axis in range(3):
             np.subtract(points[:, axis], float(eye[axis]), out=samples[axis], casting="same_kind")
-        depths = camera.direction_ws.astype(np.float32) @ samples
+        depths = linear(camera.direction_ws.astype(np.float32), samples)
     pixel = 1.0 / float(camera.clip_from_view[1, 1]) / image_size[1]
     return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)

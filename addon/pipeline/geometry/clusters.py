@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...maths.spaces import linear
+
 CLUSTER_TRIANGLES = 8192
 
 
@@ -65,7 +67,7 @@ def visible(bounds_ws: np.ndarray, planes: np.ndarray) -> np.ndarray:
 
 def visible_boxes(centre: np.ndarray, half: np.ndarray, planes: np.ndarray) -> np.ndarray:
     """`visible` of boxes by their centres and halves (B, 3)."""
-    reach = planes[:, :3] @ centre.T + planes[:, 3:] + np.abs(planes[:, :3]) @ half.T
+    reach = linear(planes[:, :3], centre.T) + planes[:, 3:] + linear(np.abs(planes[:, :3]), half.T)
     return (reach >= 0.0).all(axis=0)
 
 

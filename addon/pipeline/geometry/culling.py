@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
+from ...maths.spaces import linear
+
 
 @dataclass(frozen=True, slots=True)
 class Culling:
@@ -30,7 +32,7 @@ class Culling:
     def allows(self, bounds_ws: np.ndarray) -> np.ndarray:
         """(B,) bool: boxes (B, 2, 3) wholly before the plane."""
         low, high = bounds_ws[:, 0], bounds_ws[:, 1]
-        return np.where(self.plane[:3] > 0.0, low, high) @ self.plane[:3] + self.plane[3] > 0.0
+        return linear(self.plane[:3], np.where(self.plane[:3] > 0.0, low, high).T) + self.plane[3] > 0.0
 
 
 @contextmanager

@@ -103,12 +103,14 @@ def surface_points_ws(view_depth: np.ndarray, camera: Camera, dtype: type = np.f
     """(P, 3) world points of all pixels of `view_depth` (h, w; row 0 at the bottom; 0 = nothing)."""
     height, width = view_depth.shape
     along, start = (m.astype(dtype) for m in pixel_rays(camera, (width, height)))
-    y, x = np.nonzero(view_depth)
-    z = view_depth[y, x]
-    px, py = x.astype(dtype) + 0.5, y.astype(dtype) + 0.5
-    points = np.empty((len(z), 3), dtype)
+    seen = view_depth != 0.0
+    place = np.flatnonzero(seen)
+    y = np.repeat(np.arange(height), np.count_nonzero(seen, axis=1))
+    z = view_depth.reshape(-1)[place]
+    px, py = (place - y * width).astype(dtype) + 0.5, y.astype(dtype) + 0.5
+    columns = np.empty((3, len(z)), dtype)
     for axis in range(3):
-        points[:, axis] = (start[axis, 0] * px + start[axis, 1] * py + start[axis, 2]) + z * (
+        columns[axis] = (start[axis, 0] * px + start[axis, 1] * py + start[axis, 2]) + z * (
             along[axis, 0] * px + along[axis, 1] * py + along[axis, 2]
         )
-    return points
+    return columns.T
