@@ -76,7 +76,7 @@ def test_a_material_file_is_found_beside_the_model_whatever_path_its_writer_had(
 @pytest.mark.parametrize("name", ["../elsewhere/blue.mtl", "ABSOLUTE", "sub/../../elsewhere/blue.mtl", "..\\elsewhere\\blue.mtl"])
 def test_a_material_file_elsewhere_is_not_opened(obj, tmp_path, monkeypatch, name):
     read = []
-    monkeypatch.setattr("addon.scene.cad.obj.read_mtl", lambda path: read.append(path) or {})
+    monkeypatch.setattr("addon.scene.cad.obj.read_mtl", lambda path, losses: read.append(path) or {})
     model = obj(str(tmp_path / "elsewhere" / "blue.mtl") if name == "ABSOLUTE" else name)
     assert not read
     assert any("blue.mtl" in line and "Put it beside x.obj" in line for line in model.warnings)

@@ -6,6 +6,7 @@ What lies elsewhere is not read: a model is anybody's, and must not choose what 
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
@@ -27,9 +28,14 @@ def companion(document: Path, name: str, any_case: bool = True) -> Path | None:
         found = [path for path in (inside, document.parent / parts[-1] if parts else None) if path is not None and path.exists()]
         if found or not (parts and any_case):
             return found[0] if found else None
-        return min((path for path in document.parent.iterdir() if path.name.casefold() == parts[-1].casefold()), default=None)
+        return min((path for path in document.parent.iterdir() if _alike(path.name) == _alike(parts[-1])), default=None)
     except (OSError, ValueError):  # no file can have this name
         return None
+
+
+def _alike(name: str) -> str:
+    """What names have in common that some disks take for one: cases of letters, and letters with their marks apart (macOS)."""
+    return unicodedata.normalize("NFC", name).casefold()
 
 
 def _is_inside(parts: tuple[str, ...]) -> bool:

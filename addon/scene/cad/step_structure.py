@@ -44,6 +44,7 @@ class Structure:
 
     def __init__(self, statements: Statements) -> None:
         self._s = statements
+        self._units: dict[int, float | None] = {}
 
     def _all(self, *kinds: bytes) -> Iterator[tuple[int, list[bytes]]]:
         """Number and arguments of all statements of these types."""
@@ -203,6 +204,11 @@ class Structure:
 
     def unit(self, representation: int) -> float | None:
         """Metres per unit of length of a representation; None where it says none."""
+        if representation not in self._units:
+            self._units[representation] = self._unit_of(representation)
+        return self._units[representation]
+
+    def _unit_of(self, representation: int) -> float | None:
         a = self._s.arguments(representation)
         context = self._s.body(_first(a[2]) or -1) if len(a) > 2 else b""
         units = re.search(rb"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)", context)

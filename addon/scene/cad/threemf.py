@@ -1,8 +1,11 @@
-"""3MF core specification with its colours, on the standard library (trimesh's reader needs lxml and networkx, which Blender lacks)."""
+"""3MF core specification with the materials extension's colours, on the standard library (trimesh's reader needs lxml and networkx, which
+Blender lacks). Source: 3MF Core Specification 1.3, Materials and Properties Extension 1.2.
+"""
 
 from __future__ import annotations
 
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,12 +16,27 @@ from ...images.srgb import linear_from_srgb
 from ..cad_model import CadMaterial
 from ..plain_text import shown_name
 from .cad_format import CadFormat, starts
-from .colors import of_faces
+from .losses import Losses
 from .raw import RawFile, RawNode, RawPiece
 
 MAX_DEPTH = 64
 MAX_PARTS = 100_000  # components stand for components: a kilobyte can name more parts than there are atoms
 MAX_MODEL_BYTES = 2 << 30
+MAX_MIXTURES = 3  # of mixtures; the specification allows one
+MODEL_RELATIONSHIP = "/3dmanufacturing/2013/01/3dmodel"
+PALETTES = ("basematerials", "colorgroup", "compositematerials", "multiproperties")
+LOST_RESOURCES = {"texture2dgroup": "texture{s}", "slicestack": "stack{s} of slices", "volumetricstack": "stack{s} of volume images"}
+
+
+@dataclass(frozen=True)
+class _Mix:
+    """A colour made of others: `parts` (group, index), with `shares` for a composite, None for layers."""
+
+    parts: list[tuple[tuple[str, str], int]]
+    shares: list[float] | None
+
+
+Palette = list[CadMaterial | _Mix]
 
 
 def read_3mf(path: Path) -> RawFile:
@@ -27,7 +45,7 @@ def read_3mf(path: Path) -> RawFile:
     raw = RawFile(units=package.unit)
     for item in package.build:
         package.place(raw, item, ())
-    raw.warnings[:] = dict.fromkeys(raw.warnings)
+    raw.warnings[:] = dict.fromkeys([*raw.warnings, *package.losses.lines(path.name)])
     return raw
 
 
@@ -51,14 +69,14 @@ class _Package:
     """The parsed parts of one package; objects are keyed by (file inside the package, id)."""
 
     def __init__(self, path: Path) -> None:
-        self.name = path.name
+        self.name, self.losses = path.name, Losses()
         self.objects: dict[tuple[str, str], ElementTree.Element] = {}
-        self.palettes: dict[tuple[str, str], list[CadMaterial]] = {}
+        self.palettes: dict[tuple[str, str], Palette] = {}
         self.build: list[tuple[tuple[str, str], np.ndarray | None, str | None]] = []
         self.unit = "millimeter"
         with zipfile.ZipFile(path) as archive:
             names = [n for n in archive.namelist() if n.lower().endswith(".model")]
-            root = next((n for n in names if n.lower().lstrip("/") == "3d/3dmodel.model"), names[0] if names else None)
+            root = _root(archive, names)
             if root is None:
                 raise CadFileError(f"{path.name} is a zip without a 3D model inside: it is no 3MF file. Export it again.")
             if sum(archive.getinfo(n).file_size for n in names) > MAX_MODEL_BYTES:
@@ -74,12 +92,24 @@ class _Package:
             tag = _local(element.tag)
             if tag == "object":
                 self.objects[name, element.get("id", "")] = element
-            elif tag in ("basematerials", "colorgroup"):
-                self.palettes[name, element.get("id", "")] = [_palette_entry(e) for e in element]
+            elif tag in PALETTES:
+                self.palettes[name, element.get("id", "")] = self._palette(name, tag, element)
+            elif tag in LOST_RESOURCES:
+                self.losses.add(LOST_RESOURCES[tag])
             elif tag == "item" and is_root:
                 self.build.append(
                     ((_file_of(element, name), element.get("objectid", "")), _matrix(element.get("transform")), element.get("partnumber"))
                 )
+
+    def _palette(self, file: str, tag: str, element: ElementTree.Element) -> Palette:
+        """The colours of a group; those that are mixed of others found when they are asked for."""
+        if tag in ("basematerials", "colorgroup"):
+            return [_palette_entry(e) for e in element]
+        if tag == "compositematerials":
+            of = (file, element.get("matid", ""))
+            return [_Mix([(of, int(i)) for i in element.get("matindices", "").split()], _floats(e.get("values"))) for e in element]
+        groups = [(file, key) for key in element.get("pids", "").split()]
+        return [_Mix(list(zip(groups, map(int, e.get("pindices", "").split()), strict=False)), None) for e in element]
 
     def place(self, raw: RawFile, item: tuple, above: tuple[tuple[tuple[str, str], int], ...]) -> None:
         """Add one build item or component and all below it; `above` the objects that it is a component of, with their nodes."""
@@ -92,6 +122,8 @@ class _Package:
         element = self.objects[key]
         name = element.get("name") or number or element.get("partnumber") or f"Object {key[1]}"
         mesh = next((e for e in element if _local(e.tag) == "mesh"), None)
+        if mesh is not None and self._lost_of_mesh(mesh, name):
+            mesh = None
         index = len(raw.nodes)
         raw.nodes.append(RawNode(name, above[-1][1] if above else -1, key if mesh is not None else None, matrix))
         if mesh is not None and key not in raw.meshes:
@@ -106,16 +138,39 @@ class _Package:
         positions = np.array(vertices, dtype=np.float64).reshape(-1, 3)
         triangles = np.array([(t.get("v1"), t.get("v2"), t.get("v3")) for t in faces], dtype=np.int64).reshape(-1, 3)
         default = (element.get("pid"), element.get("pindex", "0"))
-        chosen = [(t.get("pid", default[0]), t.get("p1", default[1])) for t in faces]
-        if len(set(chosen)) <= 1:
-            return RawPiece(positions, triangles, None, self._material(raw, file, chosen[0] if chosen else default))
-        colors = np.array([self._color(file, c) for c in chosen])
-        return RawPiece(positions, triangles, None, None, of_faces(colors))
+        chosen = [_chosen(t, default) for t in faces]
+        alike = {one for one in chosen if len(set(one)) == 1}
+        if len(set(chosen)) <= 1 and len(alike) == len(set(chosen)):
+            return RawPiece(positions, triangles, None, self._material(raw, file, chosen[0][0] if chosen else default))
+        colors = {one: self._color(file, one) for one in {corner for own in chosen for corner in own}}
+        return RawPiece(positions, triangles, None, None, np.array([[colors[corner] for corner in own] for own in chosen]))
 
-    def _entry(self, file: str, chosen: tuple[str | None, str]) -> CadMaterial | None:
+    def _lost_of_mesh(self, mesh: ElementTree.Element, name: str) -> bool:
+        """Note what a mesh has that is not drawn; whether nothing else is left of it."""
+        lost = ["beam lattice{s}" for e in mesh if _local(e.tag) == "beamlattice"]
+        for kind in lost:
+            self.losses.add(kind, name)
+        return bool(lost) and not any(len(e) for e in mesh if _local(e.tag) == "triangles")
+
+    def _entry(self, file: str, chosen: tuple[str | None, str], depth: int = 0) -> CadMaterial | None:
         palette = self.palettes.get((file, chosen[0] or ""), [])
         index = int(chosen[1])
-        return palette[index] if 0 <= index < len(palette) else None
+        entry = palette[index] if 0 <= index < len(palette) else None
+        return self._mixed(entry, depth) if isinstance(entry, _Mix) else entry
+
+    def _mixed(self, mix: _Mix, depth: int) -> CadMaterial | None:
+        """A composite as the mean of its parts by their shares, layers of properties one over the other by their opacity."""
+        found = [self._entry(key[0], (key[1], str(index)), depth + 1) for key, index in mix.parts] if depth < MAX_MIXTURES else []
+        colors = [np.array(one.base_color) for one in found if one is not None]
+        if not colors:
+            return None
+        if mix.shares is not None and len(mix.shares) == len(colors) == len(found) and sum(mix.shares) > 0.0:
+            color = np.average(colors, axis=0, weights=mix.shares)
+        else:
+            color = colors[0]
+            for upper in colors[1:]:
+                color = np.append(color[:3] + (upper[:3] - color[:3]) * upper[3], max(color[3], upper[3]))
+        return CadMaterial("Mixture", tuple(float(c) for c in color))
 
     def _material(self, raw: RawFile, file: str, chosen: tuple[str | None, str]) -> object | None:
         entry = self._entry(file, chosen)
@@ -132,6 +187,28 @@ class _Package:
 def _file_of(element: ElementTree.Element, default: str) -> str:
     """The production extension's `path` attribute, else the file the element stands in."""
     return next((v.lstrip("/") for k, v in element.attrib.items() if _local(k) == "path"), default)
+
+
+def _chosen(triangle: ElementTree.Element, default: tuple[str | None, str]) -> tuple[tuple[str | None, str], ...]:
+    """The group and the index in it of each of a triangle's corners: `p2` and `p3` are `p1` where they are left out."""
+    group, first = triangle.get("pid", default[0]), triangle.get("p1", default[1])
+    return tuple((group, triangle.get(name, first)) for name in ("p1", "p2", "p3"))
+
+
+def _floats(text: str | None) -> list[float]:
+    return [float(word) for word in (text or "").split()]
+
+
+def _root(archive: zipfile.ZipFile, names: list[str]) -> str | None:
+    """The part that the package begins with: by its relationship, else by its usual name, else the first."""
+    by_path = {name.lower().lstrip("/"): name for name in names}
+    try:
+        relations = ElementTree.fromstring(archive.read("_rels/.rels"))
+        targets = [e.get("Target", "") for e in relations if e.get("Type", "").endswith(MODEL_RELATIONSHIP)]
+    except (KeyError, ElementTree.ParseError):
+        targets = []
+    wanted = [target.lower().lstrip("/") for target in targets] + ["3d/3dmodel.model"]
+    return next((by_path[one] for one in wanted if one in by_path), names[0] if names else None)
 
 
 def _palette_entry(element: ElementTree.Element) -> CadMaterial:
