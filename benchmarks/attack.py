@@ -1,6 +1,7 @@
 """Damaged files of every format, read as Blender reads them, in a process of its own within limits; for docs/reliability.md:
 
     python -m benchmarks.attack [--each 1200] [--seed 1]     rows to benchmarks/results/attack.json; 20 minutes
+    python -m benchmarks.attack --folder HOSTILE             what becomes of every file there
     python -m benchmarks.attack --write                      docs/reliability.md anew from the rows that are there
 
 A file is a small valid one of `benchmarks.attack_seeds`, damaged one to eight times: bytes changed, cut off, doubled, lines and numbers put
@@ -22,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from addon.errors import CadFileError
+from addon.scene.cad import SUFFIXES
 from addon.scene.cad_model import CadModel
 from addon.scene.reading.apart import Reading
 from addon.scene.reading.limits import Limits
@@ -228,10 +230,15 @@ def main() -> None:
     parser.add_argument("--each", type=int, default=1200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", help="one suffix")
+    parser.add_argument("--folder", type=Path)
     parser.add_argument("--write", action="store_true")
     choice = parser.parse_args()
     if choice.write:
         PAGE.write_text(page(json.loads(RESULTS.read_text())), encoding="utf-8")
+        return
+    if choice.folder is not None:
+        for path in sorted(path for path in choice.folder.iterdir() if path.suffix in SUFFIXES):
+            print(f"{path.name}: {': '.join(outcome(path))}", flush=True)
         return
     folder = Path(tempfile.mkdtemp(prefix="attack-"))
     print(f"what fails is kept in {folder}")
