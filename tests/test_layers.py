@@ -38,7 +38,7 @@ FLOORS = {
     " < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
-    "addon/maths/shadow": "light_space partitions projection sight spacing warps < crop cut faces lookup slices strength < lamps < fit"
+    "addon/maths/shadow": "light_space fit_view partitions projection spacing warps < crop cut faces lookup slices strength < lamps < fit"
     " < __init__",
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
@@ -63,7 +63,7 @@ FLOORS = {
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view outputs sun truth"
     " < impostors < __init__",
-    "addon/studies/advice": "candidates goal shots < search < report < __init__",
+    "addon/studies/advice": "candidates goal sampled_frame < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
     "addon/studies/sun": "moments < pictures < __init__",
     "addon/studies/truth": "backends triangles < tracer < footprint < compare < __init__ < against",

@@ -10,7 +10,7 @@ import bpy
 from ..blender import session, sources
 from ..blender.snapshot import camera_from_object
 from ..errors import Cancelled, UserError
-from ..studies.advice import Advice, Goal, Shot, advice_report, advise
+from ..studies.advice import Advice, Goal, SampledFrame, advice_report, advise
 from ..studies.advice.goal import MOST_FRAMES, picked_frames
 from ..studies.pending import Cancels, Chained, Pending, Progress
 from .background import JobOperator, OnThread, view_read
@@ -23,9 +23,9 @@ GOALS = (
 )
 
 
-def searched(shots: list[Shot], goal: Goal, seconds: float, say: Progress, is_given_up: Cancels) -> Advice:
+def searched(frames: list[SampledFrame], goal: Goal, seconds: float, say: Progress, is_given_up: Cancels) -> Advice:
     """The whole search, for a thread of its own. Raises `UserError`, `Cancelled` when it is given up."""
-    steps = advise(shots, goal, seconds)
+    steps = advise(frames, goal, seconds)
     while not is_given_up():
         try:
             step = next(steps)
@@ -36,13 +36,13 @@ def searched(shots: list[Shot], goal: Goal, seconds: float, say: Progress, is_gi
 
 
 class AnimationReading:
-    """Frames of the animation being read one after another (a `Pending` of their shots). The scene's frame is put back."""
+    """Frames of the animation being read one after another (a `Pending`). The scene's frame is put back."""
 
     def __init__(self, context: bpy.types.Context) -> None:
         self._scene = context.scene
         self._kept = self._scene.frame_current
         self._left = list(picked_frames(self._scene.frame_start, self._scene.frame_end))
-        self._shots: list[Shot] = []
+        self._frames: list[SampledFrame] = []
         self._reading: sources.ViewReading | None = None
 
     @property
@@ -60,11 +60,11 @@ class AnimationReading:
         """Give it up."""
         self._scene.frame_set(self._kept)
 
-    def result(self, _timeout_s: float | None = None) -> list[Shot]:
+    def result(self, _timeout_s: float | None = None) -> list[SampledFrame]:
         """The frames; raises `UserError`."""
         while self._left:
             self._read(waits=True)
-        return self._shots
+        return self._frames
 
     def _read(self, waits: bool) -> None:
         """One step: turn to the next frame, or go on reading it."""
@@ -73,7 +73,7 @@ class AnimationReading:
                 self._scene.frame_set(self._left[0])
                 self._reading = sources.ViewReading()
             if waits or self._reading.done():
-                self._shots.append(Shot(camera_job(bpy.context, self._reading.job(bpy.context)), self._left.pop(0)))
+                self._frames.append(SampledFrame(camera_job(bpy.context, self._reading.job(bpy.context)), self._left.pop(0)))
                 self._reading = None
         except UserError:
             self._scene.frame_set(self._kept)
@@ -139,12 +139,12 @@ class CAD_SHADOW_OT_advise(JobOperator, bpy.types.Operator):
         goal = Goal(texels=round(self.texels * MEBI)) if self.goal == "TEXELS" else Goal(error=self.error)
         seconds = self.seconds
 
-        def search(shots: list[Shot]) -> OnThread:
-            return OnThread(partial(searched, shots, goal, seconds))
+        def search(frames: list[SampledFrame]) -> OnThread:
+            return OnThread(partial(searched, frames, goal, seconds))
 
         if self.use_animation:
             return Chained(AnimationReading(context), search)
-        return view_read(context, lambda reading: search([Shot(reading.job(bpy.context))]))
+        return view_read(context, lambda reading: search([SampledFrame(reading.job(bpy.context))]))
 
     def take(self, _context: bpy.types.Context, advice: Advice) -> None:
         """The panel shows it."""

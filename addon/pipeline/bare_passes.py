@@ -98,7 +98,7 @@ def timed(device: Device, job: Job, ticket: Ticket) -> tuple[FrameCost, FrameCos
     return ours, cost[0]
 
 
-def forget(device: Device, _job: Job, _ticket: Ticket) -> None:
+def release_kept(device: Device, _job: Job, _ticket: Ticket) -> None:
     """Free what `timed` has kept (a task of the renderer)."""
     _kept(device).release()
 

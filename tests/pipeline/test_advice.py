@@ -11,7 +11,7 @@ from addon.maths.choices import FITS
 from addon.maths.view import Light
 from addon.pipeline.job import Job
 from addon.settings.groups import Settings
-from addon.studies.advice import Goal, Shot, advice_report, advice_table, advise
+from addon.studies.advice import Goal, SampledFrame, advice_report, advice_table, advise
 from addon.studies.advice.candidates import Candidate, all_candidates, candidate_of, neighbours, pruned
 from addon.studies.advice.goal import GRAIN, LARGEST_MAP
 from addon.studies.run import stop_worker as stop_shared_worker
@@ -34,9 +34,9 @@ def job_at(camera=ALONG, light=SUN, settings=SETTINGS, scene=None):
     return Job(scene or scenes.border_floor(100.0, 12), camera, light, settings, SIZE)
 
 
-def done(shots, goal, **options):
+def done(frames, goal, **options):
     """(advice, steps) of a search run to its end."""
-    steps, search = [], advise(shots, goal, **options)
+    steps, search = [], advise(frames, goal, **options)
     while True:
         try:
             steps.append(next(search))
@@ -46,15 +46,15 @@ def done(shots, goal, **options):
 
 @pytest.fixture(scope="module")
 def for_texels():
-    return done([Shot(job_at())], Goal(texels=2**18))
+    return done([SampledFrame(job_at())], Goal(texels=2**18))
 
 
 def test_the_points_errors_are_those_of_a_real_picture(for_texels):
     """Points of a small picture under the plan of the small picture, against the aliasing pass at full size: within 3 %."""
-    shot = Shot(job_at())
+    frame = SampledFrame(job_at())
     for warp, partition, fit in (("uniform", "none", "frustum"), ("lispsm-general", "z-adaptive", "scene"), ("logpsm", "z-log", "samples")):
         settings = Candidate(warp, partition, 3, fit).settings(SETTINGS, 256)
-        drawn, sampled = shot.rendered(settings), shot.errors(settings)[:, 0]
+        drawn, sampled = frame.rendered(settings), frame.errors(settings)[:, 0]
         assert np.median(sampled) == pytest.approx(drawn["m_median"], rel=0.03)
         assert np.quantile(sampled, 0.95) == pytest.approx(drawn["m_p95"], rel=0.03)
 
@@ -86,15 +86,15 @@ def test_progress_goes_up_from_nothing_to_the_last_picture(for_texels):
 
 
 def test_the_least_budget_reaches_the_error_and_half_of_it_does_not():
-    advice, _ = done([Shot(job_at())], Goal(error=1.0))
+    advice, _ = done([SampledFrame(job_at())], Goal(error=1.0))
     assert advice.confirmed["m_p95"] <= 1.005
     assert all(row.texels >= advice.best.texels / 1.03 for row in advice.rows)
-    half, _ = done([Shot(job_at())], Goal(texels=advice.best.texels // 2))
+    half, _ = done([SampledFrame(job_at())], Goal(texels=advice.best.texels // 2))
     assert half.best.m_p95 > 1.0
 
 
 def test_an_error_out_of_reach_gives_no_proposal_and_says_so():
-    advice, _ = done([Shot(job_at())], Goal(error=1e-4))
+    advice, _ = done([SampledFrame(job_at())], Goal(error=1e-4))
     assert advice.best is None
     assert str(LARGEST_MAP) in advice.notes[0]
     assert advice.settings(SETTINGS) is SETTINGS
@@ -104,7 +104,7 @@ def test_an_error_out_of_reach_gives_no_proposal_and_says_so():
 def test_several_frames_are_pooled_and_the_flicker_of_the_samples_fit_is_named():
     cameras = [scenes.look_at((0.0, -4.0 + 8.0 * i, 3.0), (0.0, 100.0, 0.0), near=0.5, far=120.0) for i in range(3)]
     scene = scenes.border_floor(100.0, 12)
-    advice, _ = done([Shot(job_at(camera, scene=scene), i + 1) for i, camera in enumerate(cameras)], Goal(texels=2**18))
+    advice, _ = done([SampledFrame(job_at(camera, scene=scene), i + 1) for i, camera in enumerate(cameras)], Goal(texels=2**18))
     assert advice.best.frames == 3
     assert len(advice.splits) == 3
     assert min(advice.best.frame_p95) <= advice.best.m_p95 <= max(advice.best.frame_p95)
@@ -113,7 +113,7 @@ def test_several_frames_are_pooled_and_the_flicker_of_the_samples_fit_is_named()
 
 
 def test_time_that_is_up_still_gives_an_answer():
-    advice, _ = done([Shot(job_at())], Goal(texels=2**18), seconds=0.0)
+    advice, _ = done([SampledFrame(job_at())], Goal(texels=2**18), seconds=0.0)
     assert advice.best is not None
     assert any("time was up" in note for note in advice.notes)
 
@@ -131,7 +131,10 @@ def test_the_report_is_json_and_the_table_marks_the_proposal(for_texels):
 
 def test_a_light_that_reaches_nothing_in_view_is_said():
     with pytest.raises(SceneError, match="reaches nothing"):
-        done([Shot(job_at(light=Light("sun", np.array([0.0, 0.0, -1.0])), scene=scenes.scene_of(scenes.floor())))], Goal(texels=2**18))
+        done(
+            [SampledFrame(job_at(light=Light("sun", np.array([0.0, 0.0, -1.0])), scene=scenes.scene_of(scenes.floor())))],
+            Goal(texels=2**18),
+        )
 
 
 @pytest.mark.parametrize("wrong", [{}, {"texels": 2**20, "error": 1.0}, {"texels": 10}, {"error": 0.0}, {"error": float("nan")}])

@@ -15,7 +15,7 @@ import pytest
 from addon.cli.batch.workers import worker_command
 from addon.errors import Cancelled, GpuError, SceneError
 from addon.pipeline.bake import bake_all
-from addon.pipeline.bare_passes import forget, timed
+from addon.pipeline.bare_passes import release_kept, timed
 from addon.pipeline.gl import machine
 from addon.pipeline.gl.machine import Machine
 from addon.pipeline.job import Job
@@ -95,7 +95,7 @@ def test_impostors_are_baked_there_as_here(renderer, remote):
 def test_the_bench_times_what_is_drawn_there(remote):
     ours, bare = remote.submit(asked(scenes.railing()), timed)[0].result(WAIT_S)
     assert min(*ours, *bare) > 0.0
-    assert remote.submit(asked(scenes.railing()), forget)[0].result(WAIT_S) is None
+    assert remote.submit(asked(scenes.railing()), release_kept)[0].result(WAIT_S) is None
 
 
 def test_a_frame_under_way_can_be_given_up(remote):

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...studies.advice import Advice, Goal, Shot, advice_report, advice_table, advise
+from ...studies.advice import Advice, Goal, SampledFrame, advice_report, advice_table, advise
 from ...studies.advice.goal import MOST_FRAMES, picked_frames
-from ...studies.advice.shots import small_size
+from ...studies.advice.sampled_frame import small_size
 from ...studies.outputs import write_json
 from ..argument_types import positive, positive_number
 from ..command import Command
@@ -61,38 +61,40 @@ def frame_list(text: str) -> tuple[int, ...]:
 
 def advise_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:
     """Search and report; `--output` also writes the report there."""
-    shots, head = read_shots(scene, wish, args.frames)
-    advice = searched(shots, Goal(args.texels, args.error), args.seconds)
+    frames, head = read_frames(scene, wish, args.frames)
+    advice = searched(frames, Goal(args.texels, args.error), args.seconds)
     report = {**head, "advice": advice_report(advice)}
     if args.output:
         write_json(stem.with_name(f"{stem.name}_advice.json"), report)
-    return report, f"{advice.tried} combinations over {len(shots)} frame{'s' * (len(shots) > 1)}\n{advice_table(advice)}\n{summary(advice)}"
+    return (
+        report,
+        f"{advice.tried} combinations over {len(frames)} frame{'s' * (len(frames) > 1)}\n{advice_table(advice)}\n{summary(advice)}",
+    )
 
 
-def read_shots(scene: bpy.types.Scene, wish: RenderWish, frames: tuple[int, ...]) -> tuple[list[Shot], dict[str, object]]:
-    """One shot per frame (none given: the current one) as a render sees it, and the report's head. The scene's frame is put back."""
+def read_frames(scene: bpy.types.Scene, wish: RenderWish, numbers: tuple[int, ...]) -> tuple[list[SampledFrame], dict[str, object]]:
+    """These frames (none: the current one) as a render sees them, and the report's head; the scene's frame is put back."""
     from ...blender.rendering import render
     from ...blender.sources import render_size
 
     size = wish.size or render_size(scene)
     kept, outcomes = scene.frame_current, []
     try:
-        for frame in frames or (kept,):
-            if frames:
-                scene.frame_set(frame)
+        for number in numbers or (kept,):
+            if numbers:
+                scene.frame_set(number)
             outcomes.append(render(scene, replace(wish, size=small_size(size))))
     finally:
-        if frames:
+        if numbers:
             scene.frame_set(kept)
-    numbers = frames or (0,)
-    shots = [Shot(replace(outcome.job, size=size), number) for outcome, number in zip(outcomes, numbers, strict=True)]
+    frames = [SampledFrame(replace(outcome.job, size=size), number) for outcome, number in zip(outcomes, numbers or (0,), strict=True)]
     report = outcomes[0].report
-    return shots, {key: report[key] for key in HEAD}
+    return frames, {key: report[key] for key in HEAD}
 
 
-def searched(shots: list[Shot], goal: Goal, seconds: float) -> Advice:
+def searched(frames: list[SampledFrame], goal: Goal, seconds: float) -> Advice:
     """The search run to its end."""
-    search = advise(shots, goal, seconds)
+    search = advise(frames, goal, seconds)
     while True:
         try:
             next(search)

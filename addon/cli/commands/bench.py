@@ -104,7 +104,7 @@ def run(
             line = ", ".join(f"{name} {cost.wall_ms:.0f} ms" for name, cost in measured.items())
             say(f"frame {number}: {line}{'' if number else ' (warm-up)'}")
     if bare_passes is not None:
-        renderer.submit(job, bare_passes.forget)[0].result()
+        renderer.submit(job, bare_passes.release_kept)[0].result()
     return {
         "triangles": job.scene.triangle_count,
         "instances": len(job.scene.instances),

@@ -22,11 +22,11 @@ from ..warping.formulas import eta_from_parameter, faded_bend, gamma_lim_rad, wa
 from ..warping.row import RATE
 from .crop import Casters, Receivers, Warp, casters_in, crop
 from .faces import LEAST_SIZE, face_parameter, face_spaces
+from .fit_view import FitView, view_to_fit
 from .lamps import aimed, border, parts_the_picture, pyramid_corners, sections, share_of
 from .light_space import NEAREST, LightSpace, cone_space, round_core, roundness, sun_space
 from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
-from .sight import Sight, sight_of
 from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count
 from .strength import Range, steady_strength
 from .warps import warp_parameter
@@ -55,9 +55,9 @@ def plan_shadows(
     """
     if fit.kind == "samples" and receivers_ws is None:
         raise ValueError("The 'samples' fit needs receivers_ws, the points of the visible surface.")
-    sight = sight_of(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
-    near, far = sight.depth_range or (camera.near, camera.far)
-    spaces = list(_spaces(sight, light, partition, scene_bounds_ws))
+    view = view_to_fit(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)
+    near, far = view.depth_range or (camera.near, camera.far)
+    spaces = list(_spaces(view, light, partition, scene_bounds_ws))
     pieces = partition.z_count if light.kind == "spot" and parts_the_picture(partition) else 1
     choice = partition if light.kind != "point" and pieces == 1 else PartitionChoice(kind="none")
     first = spaces[0][1]
@@ -69,9 +69,9 @@ def plan_shadows(
         choice = replace(choice, count=slice_count(choice))
     splits = split_distances(choice, near, far, first.gamma_rad, camera.is_orthographic)
     if light.kind == "sun":
-        projections = tuple(p for face, space in spaces for p in _maps(sight, space, splits, face, along, halved))
+        projections = tuple(p for face, space in spaces for p in _maps(view, space, splits, face, along, halved))
     else:
-        projections = tuple(p for face, space in spaces for p in _lamp_maps(sight, space, splits, face, pieces))
+        projections = tuple(p for face, space in spaces for p in _lamp_maps(view, space, splits, face, pieces))
     gamma_lim = gamma_lim_rad(near, far, camera.half_fov_rad)
     first = sun_space(light, camera) if light.kind == "sun" else first
     return ShadowPlan(
@@ -85,14 +85,14 @@ def plan_shadows(
     )
 
 
-def _spaces(sight: Sight, light: Light, partition: PartitionChoice, scene_bounds: np.ndarray) -> Iterator[tuple[int, LightSpace]]:
+def _spaces(view: FitView, light: Light, partition: PartitionChoice, scene_bounds: np.ndarray) -> Iterator[tuple[int, LightSpace]]:
     """(face, light space): one, six for the frustum's faces, or six for a point light (a cube along the world's axes)."""
-    camera = sight.camera
+    camera = view.camera
     if light.kind == "sun":
         yield from face_spaces(camera, light) if _has_faces(camera, light, partition) else [(-1, sun_space(light, camera))]
         return
     position = np.asarray(light.position_ws, np.float64) - camera.eye_ws
-    reach = sight.reach(position, scene_bounds)
+    reach = view.reach(position, scene_bounds)
     if light.kind == "spot":
         yield -1, cone_space(position, -np.asarray(light.direction_ws, np.float64), light.cone_rad, reach, camera)
         return
@@ -124,58 +124,58 @@ def _warnings(camera: Camera, light: Light, warp: WarpChoice, partition: Partiti
     return tuple(out)
 
 
-def _maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, along: bool, halved: bool) -> Iterator[ShadowProjection]:
+def _maps(view: FitView, space: LightSpace, splits: np.ndarray, face: int, along: bool, halved: bool) -> Iterator[ShadowProjection]:
     """One projection per slab between the splits or, `along` the light's rays, one per slice worth as much, or two if it is `halved`."""
-    rows, depths = _light_rows(sight, space)
-    casters = casters_in(space, sight.boxes)
-    slices = _slices(sight, space, splits, rows, depths) if along else across_view(splits, sight.camera.direction_ws)
+    rows, depths = _light_rows(view, space)
+    casters = casters_in(space, view.boxes)
+    slices = _slices(view, space, splits, rows, depths) if along else across_view(splits, view.camera.direction_ws)
     heights = None if rows is None else slices.heights(depths, rows[2])
     for i in range(slices.count):
         near, far = slices.depths(i)
         cuts = slices.region(i)
-        contents = _contents(sight, space, rows, depths, heights, slices, i, cuts[:0])
-        whole = _one_map(sight, space, contents[0], casters, contents[1], cuts)
-        parts = [cuts[:0]] if not halved else _halves(whole["clip_from_world"], contents[0], space, sight)
+        contents = _contents(view, space, rows, depths, heights, slices, i, cuts[:0])
+        whole = _one_map(view, space, contents[0], casters, contents[1], cuts)
+        parts = [cuts[:0]] if not halved else _halves(whole["clip_from_world"], contents[0], space, view)
         for half in parts:
             own = np.concatenate([cuts, half])
             if len(half):
-                receivers, fitted = _contents(sight, space, rows, depths, heights, slices, i, half)
-                whole = _one_map(sight, space, receivers, casters, fitted, own)
+                receivers, fitted = _contents(view, space, rows, depths, heights, slices, i, half)
+                whole = _one_map(view, space, receivers, casters, fitted, own)
             yield ShadowProjection(
-                **whole, near=near, far=far, face=face, is_cut_along_light=slices.along, region_planes_ws=_region(space, sight.camera, own)
+                **whole, near=near, far=far, face=face, is_cut_along_light=slices.along, region_planes_ws=_region(space, view.camera, own)
             )
 
 
-def _lamp_maps(sight: Sight, space: LightSpace, splits: np.ndarray, face: int, pieces: int) -> Iterator[ShadowProjection]:
+def _lamp_maps(view: FitView, space: LightSpace, splits: np.ndarray, face: int, pieces: int) -> Iterator[ShadowProjection]:
     """One projection per slab between the splits for a finite light's space, or `pieces` of one: a map is parted in the middle, along the
     axis whose error is the larger, and each part has a map of its own; four together have no larger texels than one of as many."""
-    rows, depths = _light_rows(sight, space)
-    slices = across_view(splits, sight.camera.direction_ws)
-    capped = sight.warp.eta is None and sight.warp.parameter is None
+    rows, depths = _light_rows(view, space)
+    slices = across_view(splits, view.camera.direction_ws)
+    capped = view.warp.eta is None and view.warp.parameter is None
     for i in range(slices.count):
         near, far = slices.depths(i)
         todo = [(pieces, slices.region(i))]
         while todo:
             count, cuts = todo.pop()
-            receivers, fitted = _lamp_contents(sight, space, rows, depths, slices, i, cuts)
-            aim = aimed(space, receivers, share_of(sight.warp, *fitted, sight.camera.half_fov_rad), capped)
-            casters = casters_in(aim.space, sight.boxes if receivers is not None else sight.boxes[:0])
-            fields = _one_map(sight, aim.space, aim.receivers, casters, fitted, cuts, aim.strength)
+            receivers, fitted = _lamp_contents(view, space, rows, depths, slices, i, cuts)
+            aim = aimed(space, receivers, share_of(view.warp, *fitted, view.camera.half_fov_rad), capped)
+            casters = casters_in(aim.space, view.boxes if receivers is not None else view.boxes[:0])
+            fields = _one_map(view, aim.space, aim.receivers, casters, fitted, cuts, aim.strength)
             if count > 1:
-                plane = border(fields["clip_from_world"] @ translation(sight.camera.eye_ws), aim.error, (count // 2) / count)
+                plane = border(fields["clip_from_world"] @ translation(view.camera.eye_ws), aim.error, (count // 2) / count)
                 todo += [(count - count // 2, np.concatenate([cuts, plane])), (count // 2, np.concatenate([cuts, -plane]))]
                 continue
-            region = _region(space, sight.camera, cuts)
+            region = _region(space, view.camera, cuts)
             yield ShadowProjection(**fields, near=near, far=far, face=face, is_cut_along_light=pieces > 1, region_planes_ws=region)
 
 
 def _lamp_contents(
-    sight: Sight, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, slices: Slices, i: int, cuts: np.ndarray
+    view: FitView, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, slices: Slices, i: int, cuts: np.ndarray
 ) -> tuple[Receivers | None, tuple[float, float]]:
     """What of slab i lies inside the planes `cuts` through a finite light (P, 4): its receivers in light space or None, their depths."""
     if rows is None:
-        points = sections(sight.body.clipped(slices.planes(i)).clipped(space.planes).clipped(cuts), sight.camera.direction_ws)
-        own = points @ sight.camera.direction_ws
+        points = sections(view.body.clipped(slices.planes(i)).clipped(space.planes).clipped(cuts), view.camera.direction_ws)
+        own = points @ view.camera.direction_ws
         kept = space.points(points).T if len(points) else np.empty((3, 0))
     else:
         held = slices.holds(i, depths)
@@ -185,25 +185,25 @@ def _lamp_contents(
         chosen = np.flatnonzero(held)
         own, kept = depths[chosen], rows.take(chosen, axis=1)
     if not len(own):
-        return None, sight.padded_range(float(slices.splits[i]), float(slices.splits[i + 1]))
-    radius = (np.ones_like(own) if sight.camera.is_orthographic else own) * sight.pixel * kept[1]
-    return Receivers(kept, radius.astype(kept.dtype)), sight.padded_range(float(own.min()), float(own.max()))
+        return None, view.padded_range(float(slices.splits[i]), float(slices.splits[i + 1]))
+    radius = (np.ones_like(own) if view.camera.is_orthographic else own) * view.pixel * kept[1]
+    return Receivers(kept, radius.astype(kept.dtype)), view.padded_range(float(own.min()), float(own.max()))
 
 
-def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: LightSpace, sight: Sight) -> list[np.ndarray]:
+def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: LightSpace, view: FitView) -> list[np.ndarray]:
     """The two sides, (1, 4) each, of a map's middle line s = 0, relative to the eye; the first is that of the camera's left.
 
     A slice of the whole frustum has the eye in it: there the corner that s = 0 depends on changes fast, and the line goes through the eye
     and the middle of the slice's far end instead (the orbit of tests/pipeline/test_orbit.py: 1.10 × a degree instead of 1.66).
     Towards γ = 0, where the line turns round with the light, it turns to stand upright in the picture, through the receivers' middle.
     """
-    plane = clip_from_world[0] @ translation(sight.camera.eye_ws)
-    if sight.fit.kind == "frustum" and receivers is not None:
+    plane = clip_from_world[0] @ translation(view.camera.eye_ws)
+    if view.fit.kind == "frustum" and receivers is not None:
         x, _, z = receivers.rows
         far_end = np.array([0.5 * (float(x.min()) + float(x.max())), 0.0, float(z.max())])
         plane = np.append(np.cross([0.0, 1.0, 0.0], far_end) @ space.from_eye[:3, :3], 0.0)
     plane = plane / np.linalg.norm(plane[:3])
-    right = sight.camera.view_from_world[0, :3] + 1e-6 * sight.camera.view_from_world[1, :3]
+    right = view.camera.view_from_world[0, :3] + 1e-6 * view.camera.view_from_world[1, :3]
     plane = plane if plane[:3] @ right >= 0.0 else -plane
     upright = right - space.travel_ws * (space.travel_ws @ right)
     length = float(np.linalg.norm(upright))
@@ -216,16 +216,16 @@ def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: Lig
     return [-plane[None], plane[None]]
 
 
-def _slices(sight: Sight, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray | None) -> Slices:
+def _slices(view: FitView, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray | None) -> Slices:
     """The partitions of a sun's space along its rays."""
-    contents = sight.body if rows is None else (depths, rows[2])
-    near, far, phi = float(splits[0]), float(splits[-1]), sight.camera.half_fov_rad
+    contents = view.body if rows is None else (depths, rows[2])
+    near, far, phi = float(splits[0]), float(splits[-1]), view.camera.half_fov_rad
     return along_light(
         splits,
-        sight.camera.direction_ws,
+        view.camera.direction_ws,
         space,
         gamma_lim_rad(near, far, phi) if phi > 0.0 else inf,
-        _side_angle(sight.camera, space),
+        _side_angle(view.camera, space),
         contents,
     )
 
@@ -237,17 +237,17 @@ def _region(space: LightSpace, camera: Camera, cuts: np.ndarray) -> np.ndarray:
     return planes
 
 
-def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.ndarray | None]:
+def _light_rows(view: FitView, space: LightSpace) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Samples as rows x, y, z of light space (3, P) float32, and their view depths; for a finite light only those in its pyramid."""
-    if sight.samples is None:
+    if view.samples is None:
         return None, None
     axes = space.from_eye.astype(np.float32)
     if space.planes is None:
-        return linear(axes[:3, :3], sight.samples), sight.depths
+        return linear(axes[:3, :3], view.samples), view.depths
     planes = space.planes.astype(np.float32)
-    inside = np.flatnonzero((linear(planes[:, :3], sight.samples) >= -planes[:, 3:]).all(axis=0))
-    h = linear(axes[:, :3], sight.samples.take(inside, axis=1)) + axes[:, 3:]
-    rows, depths = h[:3] / h[3], sight.depths[inside]
+    inside = np.flatnonzero((linear(planes[:, :3], view.samples) >= -planes[:, 3:]).all(axis=0))
+    h = linear(axes[:, :3], view.samples.take(inside, axis=1)) + axes[:, 3:]
+    rows, depths = h[:3] / h[3], view.depths[inside]
     if space.select is None:  # a spot: outside its cone nothing is lit
         lit = np.flatnonzero(rows[0] ** 2 + rows[2] ** 2 <= (1.0 + SLACK) * space.slope**2)
         rows, depths = rows.take(lit, axis=1), depths[lit]
@@ -255,7 +255,7 @@ def _light_rows(sight: Sight, space: LightSpace) -> tuple[np.ndarray | None, np.
 
 
 def _contents(
-    sight: Sight,
+    view: FitView,
     space: LightSpace,
     rows: np.ndarray | None,
     depths: np.ndarray | None,
@@ -267,21 +267,21 @@ def _contents(
     """Partition i's receivers in a sun's space (None where there are none), and their own view-depth range."""
     empty = float(slices.splits[0 if slices.along else i]), float(slices.splits[-1 if slices.along else i + 1])
     if rows is None:
-        inside = _cut(sight.body.clipped(slices.planes(i)).clipped(half), space).vertices
+        inside = _cut(view.body.clipped(slices.planes(i)).clipped(half), space).vertices
         if not len(inside):
-            return None, sight.padded_range(*empty)
-        own = inside @ sight.camera.direction_ws
-        return Receivers(space.points(inside).T), sight.padded_range(float(own.min()), float(own.max()))
+            return None, view.padded_range(*empty)
+        own = inside @ view.camera.direction_ws
+        return Receivers(space.points(inside).T), view.padded_range(float(own.min()), float(own.max()))
     held = slices.holds(i, heights)
     for plane in half:
         side = linear((space.from_eye[:3, :3] @ plane[:3]).astype(np.float32), rows) + np.float32(plane[3])
         held &= side >= -SLACK * np.abs(rows).max(axis=0)
     chosen = np.flatnonzero(held)
     if not len(chosen):
-        return None, sight.padded_range(*empty)
+        return None, view.padded_range(*empty)
     own, kept = depths[chosen], rows.take(chosen, axis=1)
-    radius = np.full(len(own), sight.pixel, np.float32) if sight.camera.is_orthographic else own * np.float32(sight.pixel)
-    return Receivers(kept, radius), sight.padded_range(float(own.min()), float(own.max()))
+    radius = np.full(len(own), view.pixel, np.float32) if view.camera.is_orthographic else own * np.float32(view.pixel)
+    return Receivers(kept, radius), view.padded_range(float(own.min()), float(own.max()))
 
 
 def _cut(body: Body, space: LightSpace) -> Body:
@@ -290,7 +290,7 @@ def _cut(body: Body, space: LightSpace) -> Body:
 
 
 def _one_map(
-    sight: Sight,
+    view: FitView,
     space: LightSpace,
     receivers: Receivers | None,
     casters: Casters,
@@ -300,62 +300,62 @@ def _one_map(
 ) -> dict[str, object]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths (a finite light brings its
     `strength`), crop to the receivers."""
-    (near, far), method = fitted, sight.warp.method
-    hull = _hull(sight, space, near, far, cuts) if receivers is None or space.position is None else np.empty((0, 3))
+    (near, far), method = fitted, view.warp.method
+    hull = _hull(view, space, near, far, cuts) if receivers is None or space.position is None else np.empty((0, 3))
     lit = receivers if receivers is not None else Receivers(hull.T)
     z = hull[:, 2] if space.position is None else lit.rows[2]
     start, depth = float(z.min()), max(float(np.ptp(z)), 1e-9)
-    round_share = _round_share(sight, space, near, far) if space.position is None else 0.0
+    round_share = _round_share(view, space, near, far) if space.position is None else 0.0
     least = 0.0
     if strength is not None:
-        depth_m = warp_depth(near, far, sight.camera.half_fov_rad, space.gamma_rad)
+        depth_m = warp_depth(near, far, view.camera.half_fov_rad, space.gamma_rad)
     elif space.rise is None:
-        strength, depth_m = _strength(sight, space, near, far, depth, method.slice_rate if len(cuts) else RATE)
+        strength, depth_m = _strength(view, space, near, far, depth, method.slice_rate if len(cuts) else RATE)
     else:
-        least = LEAST_SIZE * float(np.ptp(frustum_corners(sight.camera, near, far), axis=0).max())
-        across = warp_parameter(sight.warp, near, far, sight.camera.half_fov_rad, 0.5 * pi)
+        least = LEAST_SIZE * float(np.ptp(frustum_corners(view.camera, near, far), axis=0).max())
+        across = warp_parameter(view.warp, near, far, view.camera.half_fov_rad, 0.5 * pi)
         strength, depth_m = log1p(depth / face_parameter(across, hull, (near, far), space.rise, least)), depth
     log = method.log if space.position is None else None
-    bend = faded_bend(sight.warp.log_bend, near, far, strength) if log and method.bends else 0.0
+    bend = faded_bend(view.warp.log_bend, near, far, strength) if log and method.bends else 0.0
     warp = Warp(expm1(strength if log is None else max(strength, log1p(LOG_LEAST))) / depth, start, log, bend)
-    cropped = crop(space, warp, lit, casters, sight.fit, round_share, least)
+    cropped = crop(space, warp, lit, casters, view.fit, round_share, least)
     parameter = depth_m / (warp.kappa * depth) if warp.kappa else inf
     eta = eta_from_parameter(parameter, near, far, depth_m) if near > 0.0 else -1.0
     return {
-        "clip_from_world": cropped.clip_from_eye @ translation(-sight.camera.eye_ws),
+        "clip_from_world": cropped.clip_from_eye @ translation(-view.camera.eye_ws),
         "log": cropped.log,
         "warp_parameter": parameter,
         "eta": eta,
-        "light_depth_range": _light_depths(space, sight.camera, cropped.y_range, cropped.centre),
+        "light_depth_range": _light_depths(space, view.camera, cropped.y_range, cropped.centre),
         "is_empty": receivers is None,
         "fitted_range": (near, far),
     }
 
 
-def _hull(sight: Sight, space: LightSpace, near: float, far: float, cuts: np.ndarray) -> np.ndarray:
+def _hull(view: FitView, space: LightSpace, near: float, far: float, cuts: np.ndarray) -> np.ndarray:
     """(V, 3) light space: the part of the view frustum that the map is responsible for; where there is none, a harmless body."""
-    slab = hexahedron(frustum_corners(sight.camera, near, far))
+    slab = hexahedron(frustum_corners(view.camera, near, far))
     own = _cut(slab.clipped(cuts), space).vertices
     if len(own):
         return space.points(own)
     return space.points(slab.vertices if space.position is None else pyramid_corners(space, 2.0 * space.least, space.least / NEAREST))
 
 
-def _round_share(sight: Sight, space: LightSpace, near: float, far: float) -> float:
+def _round_share(view: FitView, space: LightSpace, near: float, far: float) -> float:
     """`roundness` of this map; a view with parallel rays has no γ_lim, its rectangle turns about the axis all the same."""
     if space.rise is not None:
         return 0.0  # a face's axis does not depend on the view direction
-    phi = sight.camera.half_fov_rad
+    phi = view.camera.half_fov_rad
     return roundness(space.gamma_rad, gamma_lim_rad(near, far, phi) if phi > 0.0 else inf)
 
 
-def _strength(sight: Sight, space: LightSpace, near: float, far: float, depth: float, rate: float) -> tuple[float, float]:
+def _strength(view: FitView, space: LightSpace, near: float, far: float, depth: float, rate: float) -> tuple[float, float]:
     """ln(f'/n') of a sun's map, which grows by at most `rate` per degree of γ, and the depth of P in metres that n' refers to."""
-    phi, gamma = sight.camera.half_fov_rad, space.gamma_rad
+    phi, gamma = view.camera.half_fov_rad, space.gamma_rad
     if phi <= 0.0:
         return 0.0, depth
-    extent = Range(near, far, phi, max(phi, _side_angle(sight.camera, space)), depth / warp_depth(near, far, phi, gamma))
-    return steady_strength(sight.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi)), rate), depth
+    extent = Range(near, far, phi, max(phi, _side_angle(view.camera, space)), depth / warp_depth(near, far, phi, gamma))
+    return steady_strength(view.warp, extent, gamma, round_core(gamma_lim_rad(near, far, phi)), rate), depth
 
 
 def _side_angle(camera: Camera, space: LightSpace) -> float:

@@ -6,7 +6,7 @@ picture of the proposal. No bpy; `cli/commands/advise.py` and `operators/advise.
 
 from .goal import Goal
 from .report import advice_report, advice_table
+from .sampled_frame import SampledFrame
 from .search import Advice, Row, Step, advise
-from .shots import Shot
 
-__all__ = ["Advice", "Goal", "Row", "Shot", "Step", "advice_report", "advice_table", "advise"]
+__all__ = ["Advice", "Goal", "Row", "SampledFrame", "Step", "advice_report", "advice_table", "advise"]

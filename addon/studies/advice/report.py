@@ -22,7 +22,7 @@ def advice_report(advice: Advice) -> dict[str, object]:
         }
     return {
         "goal": {"texels": advice.goal.texels, "error": advice.goal.error},
-        "frames": [shot.frame for shot in advice.shots],
+        "frames": [frame.number for frame in advice.frames],
         "tried": advice.tried,
         "proposal": proposal,
         "current": {**row_of(advice.current), "rendered": advice.confirmed_current},

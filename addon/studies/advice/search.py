@@ -18,7 +18,7 @@ from ...maths.warping import WARP_METHODS
 from ...settings.groups import Settings
 from .candidates import Candidate, all_candidates, candidate_of, neighbours, predicted, pruned
 from .goal import LARGEST_MAP, Goal
-from .shots import Shot, statistics
+from .sampled_frame import SampledFrame, statistics
 
 KEEP, FINALISTS = 14, 12  # combinations per fit that the theory leaves; those measured on all frames
 FEW = 3  # frames of the first ranking
@@ -69,7 +69,7 @@ class Advice:
     """
 
     goal: Goal
-    shots: tuple[Shot, ...]
+    frames: tuple[SampledFrame, ...]
     rows: tuple[Row, ...]
     current: Row
     best: Row | None
@@ -84,46 +84,46 @@ class Advice:
         return base if self.best is None else self.best.candidate.settings(base, self.best.size)
 
 
-def advise(shots: Sequence[Shot], goal: Goal, seconds: float = SECONDS) -> Generator[Step, None, Advice]:
-    """Search for the best combination for these frames. All shots have lights.
+def advise(frames: Sequence[SampledFrame], goal: Goal, seconds: float = SECONDS) -> Generator[Step, None, Advice]:
+    """Search for the best combination for these frames. All frames have lights.
 
     Raises `SceneError` when the light reaches nothing in view, `GpuError`, `Cancelled`.
     """
-    search = _Search(tuple(shots), goal, time.monotonic() + seconds)
+    search = _Search(tuple(frames), goal, time.monotonic() + seconds)
     return (yield from search.run())
 
 
 class _Search:
-    def __init__(self, shots: tuple[Shot, ...], goal: Goal, deadline: float) -> None:
-        self.shots, self.goal, self.deadline = shots, goal, deadline
-        self.base = shots[0].job.settings
-        self.few = tuple(shots[i] for i in sorted({round(i) for i in np.linspace(0, len(shots) - 1, min(FEW, len(shots)))}))
+    def __init__(self, frames: tuple[SampledFrame, ...], goal: Goal, deadline: float) -> None:
+        self.frames, self.goal, self.deadline = frames, goal, deadline
+        self.base = frames[0].job.settings
+        self.few = tuple(frames[i] for i in sorted({round(i) for i in np.linspace(0, len(frames) - 1, min(FEW, len(frames)))}))
         self.maps: dict[tuple[str, int], int] = {}
         self.notes: list[str] = []
         self.tried = 0
 
     def run(self) -> Generator[Step, None, Advice]:
         """The stages in order."""
-        for i, shot in enumerate(self.shots):
-            yield Step(0.15 * i / len(self.shots), f"reading frame {shot.frame}" if shot.frame else "reading the picture")
-            _ = shot.points
+        for i, frame in enumerate(self.frames):
+            yield Step(0.15 * i / len(self.frames), f"reading frame {frame.number}" if frame.number else "reading the picture")
+            _ = frame.points
         listed = self._listed()
         ranked = yield from self._measured(listed, self.few, 0.15, 0.55)
         current = candidate_of(self.base)
         finalists = [row.candidate for row in self._ordered(ranked)[:FINALISTS]]
         finalists = list(dict.fromkeys([*finalists, *self._steady(ranked), current]))
-        rows = ranked if self.few == self.shots else (yield from self._measured(finalists, self.shots, 0.55, 0.75))
+        rows = ranked if self.few == self.frames else (yield from self._measured(finalists, self.frames, 0.55, 0.75))
         best = self._best(rows)
         if best is not None:
             more = [c for c in neighbours(best.candidate) if c not in {row.candidate for row in rows}]
-            rows = rows + (yield from self._measured(more, self.shots, 0.75, 0.9))
+            rows = rows + (yield from self._measured(more, self.frames, 0.75, 0.9))
             best = self._best(rows)
         yield Step(0.9, "rendering the proposal")
         return self._advice(rows, best, current)
 
     def _listed(self) -> list[Candidate]:
         """The combinations worth measuring: the theory's best of every fit, and the current one."""
-        job = self.shots[0].job
+        job = self.frames[0].job
         every = [c for c in all_candidates(self.base, job.camera.is_orthographic, job.light.kind) if self._size(c) is not None]
         if job.camera.is_orthographic:
             listed = every
@@ -135,21 +135,23 @@ class _Search:
 
     def _predicted(self, candidate: Candidate) -> float:
         """The theory's mean over a few frames; ∞ where it knows nothing."""
-        if self.shots[0].job.camera.is_orthographic:
+        if self.frames[0].job.camera.is_orthographic:
             return np.inf
-        return float(np.mean([predicted(candidate, self.base, shot.view, self._count(candidate)) for shot in self.few]))
+        return float(np.mean([predicted(candidate, self.base, frame.view, self._count(candidate)) for frame in self.few]))
 
     def _count(self, candidate: Candidate) -> int:
         """How many maps the combination draws."""
         key = candidate.partition, candidate.count
         if key not in self.maps:
-            self.maps[key] = len(self.shots[0].plan(candidate.settings(self.base, 64)).projections)
+            self.maps[key] = len(self.frames[0].plan(candidate.settings(self.base, 64)).projections)
         return self.maps[key]
 
     def _size(self, candidate: Candidate) -> int | None:
         return self.goal.size_to_measure(self._count(candidate))
 
-    def _measured(self, candidates: list[Candidate], shots: tuple[Shot, ...], start: float, end: float) -> Generator[Step, None, list[Row]]:
+    def _measured(
+        self, candidates: list[Candidate], frames: tuple[SampledFrame, ...], start: float, end: float
+    ) -> Generator[Step, None, list[Row]]:
         """Rows of the candidates over these frames; those left when the time is up are not measured."""
         rows = []
         for i, candidate in enumerate(candidates):
@@ -157,29 +159,29 @@ class _Search:
                 self._note("The time was up before all combinations were measured: give it more, or fewer frames.")
                 break
             if self._size(candidate) is not None:
-                rows.append(self._row(candidate, shots))
+                rows.append(self._row(candidate, frames))
             self.tried += 1
             yield Step(start + (end - start) * (i + 1) / len(candidates), f"{candidate.warp}, {candidate.partition}, {candidate.fit}")
         return rows
 
-    def _row(self, candidate: Candidate, shots: tuple[Shot, ...], size: int | None = None) -> Row:
+    def _row(self, candidate: Candidate, frames: tuple[SampledFrame, ...], size: int | None = None) -> Row:
         """The combination over these frames: at `size`, at the budget's size, or (an error being wanted) at the size that error needs.
 
         Measured at one size; at another every m, an area, is that many texels smaller.
         """
         measured_at = size or self._size(candidate)
         settings = candidate.settings(self.base, measured_at)
-        per_shot = [shot.errors(settings) for shot in shots]
-        wanted = size or self.goal.size_for(measured_at, _p95(np.concatenate(per_shot))) or measured_at
+        per_frame = [frame.errors(settings) for frame in frames]
+        wanted = size or self.goal.size_for(measured_at, _p95(np.concatenate(per_frame))) or measured_at
         scale = (measured_at / wanted) ** 2
-        per_shot = [e * np.array([scale, scale**0.5, scale**0.5]) for e in per_shot]
+        per_frame = [e * np.array([scale, scale**0.5, scale**0.5]) for e in per_frame]
         return Row(
             candidate,
             wanted,
             self._count(candidate),
-            len(shots),
-            statistics(np.concatenate(per_shot)),
-            tuple(_p95(e) for e in per_shot),
+            len(frames),
+            statistics(np.concatenate(per_frame)),
+            tuple(_p95(e) for e in per_frame),
             self._predicted(candidate),
         )
 
@@ -215,17 +217,17 @@ class _Search:
         rows = self._ordered(rows)
         if best is None:
             self._note(f"No combination keeps 95 % of the pixels below m = {self.goal.error:g} with maps of at most {LARGEST_MAP}² texels.")
-            return Advice(self.goal, self.shots, tuple(rows), own, None, (), None, None, self.tried, tuple(self.notes))
+            return Advice(self.goal, self.frames, tuple(rows), own, None, (), None, None, self.tried, tuple(self.notes))
         self._note_about_flicker(rows, best)
         others = tuple(row for row in rows if row is not best)
         best, proof = self._confirmed(best)
         proposal = best.candidate.settings(self.base, best.size)
-        splits = tuple(splits_of(shot.plan(proposal)) for shot in self.shots)
+        splits = tuple(splits_of(frame.plan(proposal)) for frame in self.frames)
         today = self._worst(best).rendered(self.base)
-        return Advice(self.goal, self.shots, (best, *others), own, best, splits, proof, today, self.tried, tuple(self.notes))
+        return Advice(self.goal, self.frames, (best, *others), own, best, splits, proof, today, self.tried, tuple(self.notes))
 
-    def _worst(self, row: Row) -> Shot:
-        return self.shots[int(np.argmax(row.frame_p95))]
+    def _worst(self, row: Row) -> SampledFrame:
+        return self.frames[int(np.argmax(row.frame_p95))]
 
     def _confirmed(self, best: Row) -> tuple[Row, dict[str, object]]:
         """The proposal as a real picture of its worst frame; where that needs more texels for the wanted error, with those."""
@@ -236,20 +238,20 @@ class _Search:
         size = self.goal.size_for(best.size, ratio * best.m_p95)
         if size is None:
             return best, proof
-        best = self._row(best.candidate, self.shots, size)
+        best = self._row(best.candidate, self.frames, size)
         return best, self._worst(best).rendered(best.candidate.settings(self.base, best.size))
 
     def _row_at_own_size(self, current: Candidate) -> Row:
         """The settings as they are, a warp set by hand included."""
-        per_shot = [shot.errors(self.base) for shot in self.shots]
-        measured = statistics(np.concatenate(per_shot))
+        per_frame = [frame.errors(self.base) for frame in self.frames]
+        measured = statistics(np.concatenate(per_frame))
         count, theory = self._count(current), self._predicted(current)
-        return Row(current, self.base.fit.size, count, len(self.shots), measured, tuple(_p95(e) for e in per_shot), theory)
+        return Row(current, self.base.fit.size, count, len(self.frames), measured, tuple(_p95(e) for e in per_frame), theory)
 
     def _note_about_flicker(self, rows: list[Row], best: Row) -> None:
         """The 'samples' fit follows what is visible, which jumps when something comes into view (docs/findings.md)."""
         other = next((row for row in rows if row.candidate.fit != "samples"), None)
-        if len(self.shots) > 1 and best.candidate.fit == "samples" and other is not None:
+        if len(self.frames) > 1 and best.candidate.fit == "samples" and other is not None:
             c = other.candidate
             self._note(
                 "The 'samples' fit follows what is visible, so texel sizes can jump from frame to frame. The best steady one: "

@@ -28,11 +28,11 @@ FACING = 0.02  # least cosine between surface and light
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
-    """A frame to be advised for: its `job` (full size, current settings) and its number in the animation."""
+class SampledFrame:
+    """A frame to be advised for: its `job` (full size, current settings) and its `number` in the animation."""
 
     job: Job
-    frame: int = 0
+    number: int = 0
 
     @property
     def _small(self) -> tuple[int, int]:
@@ -63,7 +63,7 @@ class Shot:
 
     @property
     def _where(self) -> str:
-        return f" in frame {self.frame}" if self.frame else ""
+        return f" in frame {self.number}" if self.number else ""
 
     def plan(self, settings: Settings) -> ShadowPlan:
         """The shadow maps of these settings for this frame, as fitted to the full picture: half a pixel is that of the picture read."""
@@ -106,7 +106,7 @@ class Shot:
         frame = run(job).frame
         seen, points = seen_surface(frame.passes["depth"], job.camera)
         facing = (frame.passes["normal"][::-1][seen] * towards_light(job.light, points)).sum(axis=1) > FACING
-        return {**statistics(frame.passes["aliasing"][::-1][seen][facing]), "frame": self.frame, "total_ms": frame.timing_ms["total"]}
+        return {**statistics(frame.passes["aliasing"][::-1][seen][facing]), "frame": self.number, "total_ms": frame.timing_ms["total"]}
 
 
 def small_size(size: tuple[int, int]) -> tuple[int, int]:

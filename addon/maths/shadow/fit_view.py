@@ -15,7 +15,7 @@ THINNEST = 1e-3  # least (f−n)/n of a range that is divided
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class FitView:
     """What every map of a plan needs to know: the view, the choices, and the receivers relative to the eye.
 
     `samples` (3, P) float32 or None for the body fits, `depths` (P,) their view depths; `body` the view frustum, cut by the scene for
@@ -52,7 +52,7 @@ class Sight:
         return float(np.linalg.norm(corners - position, axis=1).max())
 
 
-def sight_of(
+def view_to_fit(
     camera: Camera,
     warp: WarpChoice,
     fit: FitChoice,
@@ -60,7 +60,7 @@ def sight_of(
     scene_bounds: np.ndarray,
     casters: np.ndarray,
     image_size: tuple[int, int],
-) -> Sight:
+) -> FitView:
     """Everything moved to the eye, where float32 is finest."""
     eye = camera.eye_ws
     body = hexahedron(frustum_corners(camera, camera.near, camera.far))
@@ -74,4 +74,4 @@ def sight_of(
             np.subtract(points[:, axis], float(eye[axis]), out=samples[axis], casting="same_kind")
         depths = linear(camera.direction_ws.astype(np.float32), samples)
     pixel = 1.0 / float(camera.clip_from_view[1, 1]) / image_size[1]
-    return Sight(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
+    return FitView(camera, warp, fit, samples, depths, body, np.asarray(casters, np.float64).reshape(-1, 2, 3) - eye, pixel)
