@@ -12,6 +12,7 @@ from ...maths.view import Light
 from ...scene.records import Mark
 from .lights import light_from_object
 from .materials import Followed, Paint, paint_of
+from .random_numbers import random_of
 from .visibility import flags_reader
 
 MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
@@ -125,7 +126,7 @@ class InstanceLoop:
                 if not (is_all_shown or self._is_shown_in_space(instance)):
                     continue
                 if use_object_color or kind in asking or (kind in slotted and ob.active_material != slotted[kind]):
-                    kind = self._variant(ob, kind, instance.random_id)
+                    kind = self._variant(ob, kind, instance.random_id if instance.is_instance else random_of(ob.name))
                 kind_of.append(kind)
                 names.append(ob.name)
                 index.append(i)

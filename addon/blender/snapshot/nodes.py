@@ -52,18 +52,24 @@ class Surroundings:
 
 
 def origin(place: Plug) -> Plug:
-    """Where the value of an input comes from: an output of a node that makes values, or the input itself where nothing is linked."""
+    """Where the value of an input comes from: an output of a node that makes values, or an input that nothing is linked to.
+
+    Where reroutes and muted nodes lead to nothing the input that they lead from keeps its own value.
+    """
+    own = place
     for _ in range(DEEPEST):
         link = next((one for one in place.socket.links if one.is_valid and not one.is_muted), None) if place.socket.is_linked else None
         if link is None:
-            return place
+            return own
         passed = _passed(link.from_node, link.from_socket, place.groups)
         if passed is None:
             return Plug(link.from_socket, place.groups)
         if passed.socket is None:
-            return place
+            return own
         place = passed
-    return place
+        if link.from_node.type in ("GROUP", "GROUP_INPUT") and not link.from_node.mute:
+            own = place
+    return own
 
 
 def _passed(node: bpy.types.Node, out: bpy.types.NodeSocket, groups: Groups) -> Plug | None:
