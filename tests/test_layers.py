@@ -27,8 +27,8 @@ FLOORS = {
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
-    "addon/blender/snapshot": "cameras lights meshes pictures random_numbers vertex_colors visibility < nodes < shaders < materials world < instances"
-    " < marks < reader < __init__",
+    "addon/blender/snapshot": "cameras light_links lights meshes pictures random_numbers vertex_colors visibility < nodes < shaders <"
+    " materials world < instances < marks < reader < __init__",
     "addon/cli": "argument_types command exit_codes settings_file batch < rivals shared_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
@@ -53,7 +53,7 @@ FLOORS = {
     " < shadow < shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
-    "addon/scene": "child_python looks memory mesh_prep plain_text user_files < records < cad_model default_view"
+    "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view"
     " local_origin mesh_pieces < asked_view cad platform_deck < reading < __init__",
     "addon/scene/cad": "ears < colors companions losses obj_lines polygons raw step_text text_numbers units < cad_format gltf_document"
     " mtl ply_elements step_structure < gltf_look step_shapes < gltf_primitives < * < assemble sniff step < formats < __init__",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ..maths.view import Light
 from .changes import stamp_of
 from .snapshot.lights import choose_light, light_from_object, reaches
 
@@ -19,12 +20,22 @@ def light_type(context: bpy.types.Context) -> str | None:
         return "SUN"
     if props.light_source == "OBJECT":
         return props.light.data.type if props.light else None
-    lamps = tuple((data.name, data.type, data.energy) for data in bpy.data.lights)
-    stamp = (*stamp_of(context.scene), len(context.scene.objects), context.view_layer.name, lamps)
+    stamp = _stamp(context.scene)
     if stamp not in _known:
         _known.clear()
         _known[stamp] = _automatic(context)
     return _known[stamp]
+
+
+def _stamp(scene: bpy.types.Scene) -> tuple:
+    lamps = tuple((data.name, data.type, data.energy) for data in bpy.data.lights)
+    return (*stamp_of(scene.original or scene), len(scene.objects), lamps)
+
+
+def remember(scene: bpy.types.Scene, light: Light | None) -> None:
+    """What a picture has chosen by what it shows: the panels speak of that as long as the scene stays as it is."""
+    _known.clear()
+    _known[_stamp(scene)] = None if light is None else light.kind.upper()
 
 
 def _automatic(context: bpy.types.Context) -> str | None:

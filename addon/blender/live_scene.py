@@ -57,8 +57,9 @@ class LiveScene:
         light, _ = light_for(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = settings_of(depsgraph.scene)
         self._scene, camera, light = based_near(self._scene, camera, light)
+        scene = self._scene.lit_by(light)
         impostors = choice_of(self._scene, settings.impostor)
-        return Job(self._scene, camera, light, settings, size, measure=False, impostors=impostors, name="viewport")
+        return Job(scene, camera, light, settings, size, measure=False, impostors=impostors, name="viewport")
 
     def _take_over(self) -> None:
         """Use the scene that the worker has finished, if it has."""

@@ -33,7 +33,7 @@ LIGHT_SOURCES = (
     (
         "AUTOMATIC",
         "Automatic",
-        "The scene's strongest sun, else its first spot or point light that reaches the model, else a sun from the upper left that stands "
+        "The scene's strongest sun, else the lamp that lights most of what is seen, else a sun from the upper left that stands "
         "in the world",
     ),
     ("OBJECT", "Light Object", "The light object chosen below"),

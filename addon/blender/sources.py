@@ -16,14 +16,16 @@ from ..pipeline.job import Job
 from ..pipeline.render_passes import ENGINE_PASSES
 from ..scene.asked_view import sun_from
 from ..scene.default_view import default_sun, world_sun
+from ..scene.light_choice import best_light
 from ..scene.local_origin import based_near
 from ..scene.records import Scene
 from ..settings.groups import Settings
 from ..studies.impostors.asked import choice_of
 from ..studies.run import on_worker
+from .light_kind import remember
 from .properties import settings_from
 from .render_wish import NO_CAMERA, RenderWish, active_wish, isometric
-from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, reaches, world_of
+from .snapshot import Collected, SceneReader, camera_from_object, camera_from_region, choose_light, world_of
 
 DRAWN_TYPES = ("MESH", "CURVE", "SURFACE", "FONT", "META", "CURVES", "EMPTY")
 FAINT_LIGHT = "'{}' hardly reaches the model: a sun from the upper left is used. Choose that light under Light to use it."
@@ -57,7 +59,7 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     settings, world_warnings = surrounded(asked, blender_scene, depsgraph.view_layer)
     warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings, *world_warnings)
     passes = tuple(dict.fromkeys((*ENGINE_PASSES, *wish.passes)))
-    scene, camera, light = based_near(scene, camera, light)
+    scene, camera, light = based_near(scene.lit_by(light), camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
     return Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings)
 
@@ -133,7 +135,7 @@ class ViewReading:
         camera, size, camera_warnings = _view_camera(context, scene)
         light, light_warnings = light_for(context.scene.cad_shadow, scene, camera)
         settings, world_warnings = surrounded(settings_from(context.scene.cad_shadow), context.scene, context.view_layer)
-        scene, camera, light = based_near(scene, camera, light)
+        scene, camera, light = based_near(scene.lit_by(light), camera, light)
         return Job(
             scene,
             camera,
@@ -208,7 +210,8 @@ def light_for(
         if props.light is None:
             raise SceneError("No light object is chosen: choose one in the Light panel, or set Light to Automatic.")
         return choose_light(scene.lights, props.light.name), ()
-    light = choose_light([one for one in scene.lights if reaches(one, scene.bounds_ws())])
+    light = best_light(scene.lights, camera, scene.instance_bounds_ws())
+    remember(props.id_data, light)
     if light is None:
         sun = default_sun(camera) if wish is not None and wish.is_drawing else world_sun()
         return sun, (FAINT_LIGHT.format(scene.lights[0].name) if scene.lights else NO_LIGHT,)

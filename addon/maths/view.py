@@ -93,6 +93,8 @@ class Light:
     `direction_ws` (3,) unit, towards the light (sun, and the axis of a spot, reversed travel); `position_ws` (3,) for spot and point.
     `cone_rad` is the half opening angle of a spot. `color` (3,) linear RGB times strength: where `is_physical` a sun's irradiance in W/m²,
     that of the others at 1 m; else relative to the settings' own sun. `casts` False: nothing stands in its way.
+    `spread_rad`: of a panel, which shines by Lambert, narrowed to that half angle (π/2: not). A spot that is scaled unevenly has a cone of
+    `local_cone_rad` after `local_from_world` (3, 3); `cone_rad` is then the widest half angle.
     """
 
     kind: str = "sun"
@@ -104,6 +106,9 @@ class Light:
     name: str = ""
     is_physical: bool = False
     casts: bool = True
+    spread_rad: float | None = None
+    local_from_world: np.ndarray | None = None
+    local_cone_rad: float = 0.0
 
     def __post_init__(self) -> None:
         require(self.kind in LIGHT_KINDS, f"Light kind '{self.kind}' is not one of {', '.join(LIGHT_KINDS)}.")
@@ -122,8 +127,18 @@ class Light:
     @property
     def key(self) -> tuple:
         """What a picture depends on, comparable and hashable; the name is not part of it."""
-        direction, position = (None if v is None else v.tobytes() for v in (self.direction_ws, self.position_ws))
-        return self.kind, direction, position, self.cone_rad, self.cone_blend, self.color, self.is_physical, self.casts
+        vectors = self.direction_ws, self.position_ws, self.local_from_world
+        numbers = self.cone_rad, self.cone_blend, self.color, self.is_physical, self.casts, self.spread_rad, self.local_cone_rad
+        return self.kind, *(None if v is None else np.asarray(v, np.float64).tobytes() for v in vectors), *numbers
+
+    def lights_towards(self, towards_ws: np.ndarray) -> np.ndarray:
+        """(K,) bool: whether it shines on points from which it lies in the unit directions (K, 3): within a spot's cone."""
+        if self.kind != "spot":
+            return np.ones(len(towards_ws), dtype=bool)
+        if self.local_from_world is None:
+            return towards_ws @ self.direction_ws > np.cos(self.cone_rad)
+        local = towards_ws @ self.local_from_world.T
+        return local[:, 2] > np.cos(self.local_cone_rad) * np.linalg.norm(local, axis=1)
 
 
 def gamma_rad(light_direction_ws: np.ndarray, view_direction_ws: np.ndarray) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
-from .looks import NO_SHADOW, PLAIN_LOOKS
+from .looks import NO_SHADOW, PLAIN_LOOKS, UNLIT
 
 
 def frozen(array: np.ndarray, dtype: object) -> np.ndarray:
@@ -111,7 +111,8 @@ class Scene:
     """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to.
 
     `marks` one per object, parallel to `object_names`: the impostor it belongs to, None for none. Empty when nothing is marked.
-    `looks` (L, 12) float32: the numbers of `looks.Look`s.
+    `looks` (L, 12) float32: the numbers of `looks.Look`s. `links` by the light's name, of lights that do not concern all objects:
+    (objects,) bool those they do not light, (objects,) bool those that do not stand in their way.
     """
 
     meshes: tuple[Mesh, ...]
@@ -123,6 +124,7 @@ class Scene:
     warnings: tuple[str, ...] = field(default=())
     marks: tuple[Mark | None, ...] = ()
     looks: np.ndarray = field(default_factory=lambda: PLAIN_LOOKS)
+    links: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
 
     @property
     def triangle_count(self) -> int:
@@ -140,9 +142,25 @@ class Scene:
         lights = [(light.name, light.key) for light in self.lights]
         digest.update(repr(([mesh.key for mesh in self.meshes], self.origin_ws.tolist(), lights, self.marks)).encode())
         digest.update(self.looks.tobytes())
+        digest.update(repr([(name, *(mask.tobytes() for mask in masks)) for name, masks in self.links.items()]).encode())
         for column in fields(self.instances):
             digest.update(getattr(self.instances, column.name).data)
         return digest.digest()
+
+    def lit_by(self, light: Light) -> Scene:
+        """The scene as this light sees it: what it is not linked to has the flags that say so; the last one is kept."""
+        if light.name not in self.links:
+            return self
+        if light.name not in self._lit:
+            unlit, unblocking = (mask[self.instances.object_id] for mask in self.links[light.name])
+            flags = self.instances.flags | np.where(unlit, UNLIT, 0).astype(np.uint8) | np.where(unblocking, NO_SHADOW, 0).astype(np.uint8)
+            self._lit.clear()
+            self._lit[light.name] = replace(self, instances=replace(self.instances, flags=flags))
+        return self._lit[light.name]
+
+    @cached_property
+    def _lit(self) -> dict[str, Scene]:
+        return {}
 
     def moved_by(self, offset: np.ndarray) -> Scene:
         """The same scene with its local origin `offset` (3,) metres away; the one moved last is kept."""

@@ -1,19 +1,28 @@
 // What arrives at a surface and what the picture shows of it: DISPLAY is the place in DISPLAYS of settings/groups.py.
 uniform vec4 u_light_color;      // rgb times strength; a: 1 = there is a light
-uniform vec4 u_spot;             // axis towards the light, cosine of the half angle; cosine 2 = no cone
-uniform float u_spot_blend;
+uniform mat3 u_spot;              // a spot's own axes, the third towards the light; scaled as the spot is
+uniform vec4 u_cone;              // cosine of the half angle (2: no cone), blend; of a panel the tangent of its spread and its normalisation
+uniform int u_lamp;               // 0 sun or point, 1 spot, 2 panel
 uniform vec4 u_ambient_sky, u_ambient_ground;
 uniform vec3 u_error_colors[ERROR_COLORS], u_map_colors[MAX_MAPS], u_no_color;  // sRGB
 uniform vec2 u_error_scale;      // log2 m of the first and the last error colour
 
-// Distance and cone: 1 for a sun. Normalised so that a point light of strength 1 gives 1 at one metre.
+// Whether a lamp shines that way at all: within a spot's cone.
+bool in_cone(vec3 towards) {
+    return u_lamp == 0 || normalize(u_spot * towards).z > u_cone.x;
+}
+
+// Distance, cone and panel: 1 for a sun. Normalised so that a lamp of strength 1 gives 1 at one metre, on its axis.
 float light_falloff(vec3 x_ws) {
     if (u_light.w == 0.0) return 1.0;
     vec3 towards = u_light.xyz - x_ws;
     float falloff = 1.0 / max(dot(towards, towards), 1e-6);
-    if (u_spot.w > 1.0) return falloff;
-    float cosine = dot(normalize(towards), u_spot.xyz);
-    return falloff * smoothstep(0.0, 1.0, (cosine - u_spot.w) / max((1.0 - u_spot.w) * u_spot_blend, 1e-5));
+    if (u_lamp == 0) return falloff;
+    float cosine = normalize(u_spot * towards).z;
+    if (u_lamp == 1) return falloff * smoothstep(0.0, 1.0, (cosine - u_cone.x) / max((1.0 - u_cone.x) * u_cone.y, 1e-5));
+    if (cosine <= 1e-4) return 0.0;
+    float tangent = sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine;   // Cycles' area_light_spread_attenuation
+    return falloff * cosine * (u_cone.w > 0.0 ? max((u_cone.z - tangent) * u_cone.w, 0.0) : 1.0);
 }
 
 vec3 linear_from_srgb(vec3 c) {

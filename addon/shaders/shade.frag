@@ -145,9 +145,10 @@ void main() {
 #if LOOKS
     if (has_flag(info, UNLIT)) light = 0.0;
 #endif
+    if (u_light.w != 0.0 && !in_cone(u_light.xyz - x_ws)) light = 0.0;
     float falloff = light_falloff(x_ws), arriving = light * falloff;
     vec3 color = USE_OBJECT_COLORS != 0 ? base_color(slot).rgb : u_clay.rgb;
-    out_combined = vec4(displayed(color, smooth_normal, light_ws, arriving, errors, map), 1.0);
+    out_combined = vec4(displayed(color, smooth_normal, light_ws, DISPLAY == 1 ? light : arriving, errors, map), 1.0);
 #if LOOKS && DISPLAY == 0
     out_combined = looking(info, color, smooth_normal, light_ws, -normalize(along), light, falloff);
 #endif

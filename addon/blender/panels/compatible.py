@@ -22,7 +22,16 @@ NOT_OURS = (
     "TEXTURE_PT_",
     "WORLD_PT_",
 )
-ALSO_OURS = ("EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_viewport_settings", "EEVEE_NEXT_MATERIAL_PT_settings")
+ALSO_OURS = (
+    "EEVEE_MATERIAL_PT_surface",
+    "EEVEE_MATERIAL_PT_viewport_settings",
+    "EEVEE_NEXT_MATERIAL_PT_settings",
+    "DATA_PT_EEVEE_light",
+    "EEVEE_WORLD_PT_surface",
+    "WORLD_PT_context_world",
+    "OBJECT_PT_shading",
+    "VIEWLAYER_PT_override",
+)
 
 
 def _subclasses(cls: type) -> Iterator[type]:

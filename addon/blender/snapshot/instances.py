@@ -10,6 +10,7 @@ import numpy as np
 
 from ...maths.view import Light
 from ...scene.records import Mark
+from .light_links import Linked, links_of
 from .lights import light_from_object
 from .materials import Followed, Paint, paint_of
 from .random_numbers import random_of
@@ -49,6 +50,7 @@ class Rows:
     flags: list[int] = field(default_factory=list)
     matrices: np.ndarray = field(default_factory=lambda: np.empty((0, 4, 4)))
     lights: list[Light] = field(default_factory=list)
+    links: dict[str, tuple[Linked, Linked]] = field(default_factory=dict)
     cameras: list[bpy.types.Object] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -202,6 +204,9 @@ class InstanceLoop:
         light, warning = light_from_object(ob, matrix, np.zeros(3))
         if light is not None:
             self.rows.lights.append(light)
+            links = links_of(ob)
+            if links is not None:
+                self.rows.links[light.name] = links
         if warning:
             self.rows.warnings.append(warning)
 

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi
+from math import atan, pi, tan
 
 import bpy
 import numpy as np
 
 from ...errors import SceneError
 from ...maths.view import Light
+from ...scene.light_choice import FAINTEST, strength
 
 MAX_CONE_RAD = 1.5
-FAINTEST = 0.05
+HARD_PANEL = "Area light '{}' casts hard shadows here, from its middle."
 
 
 def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origin_ws: np.ndarray) -> tuple[Light | None, str]:
     """The light and a warning ('' if none); None for a light that cannot be represented.
 
     A lamp shines along its local −Z, so the direction towards the light is its +Z. Colour: a sun's strength is its irradiance; a spot's
-    or point's power P spreads over the sphere, P/4π W/m² at 1 m (the cone of a spot only cuts it). Area lights count as spots of 60°.
+    or point's power P spreads over the sphere, P/4π W/m² at 1 m (the cone of a spot only cuts it); a panel's by Lambert over the half
+    before it, P/π W/m² at 1 m before its middle.
     """
     data, name = ob.data, ob.name
     axis = world_from_object[:3, 2]
@@ -28,18 +30,44 @@ def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origi
         return None, f"Light '{name}' is scaled to zero or placed at infinity: left out."
     position = world_from_object[:3, 3] - origin_ws
     direction = axis / length
-    color = _color(data)
+    common = {"color": _color(data), "name": name, "is_physical": True, "casts": bool(getattr(data, "use_shadow", True))}
     if data.type == "SUN":
-        return Light("sun", direction, None, color=color, name=name, is_physical=True), ""
+        return Light("sun", direction, None, **common), ""
     if data.type == "POINT":
-        return Light("point", None, position, color=color, name=name, is_physical=True), ""
+        return Light("point", None, position, **common), ""
     if data.type == "SPOT":
-        cone = float(data.spot_size) / 2.0
-        warning = f"Spot '{name}' opens wider than 172°: taken as 172°." if cone > MAX_CONE_RAD else ""
-        return Light("spot", direction, position, min(cone, MAX_CONE_RAD), float(data.spot_blend), color, name, True), warning
+        return _spot(data, name, world_from_object, direction, position, common)
+    half_spread = float(data.spread) / 2.0
+    cone = min(max(half_spread, 1e-3), MAX_CONE_RAD)
+    return Light("spot", direction, position, cone, 0.0, spread_rad=half_spread, **common), HARD_PANEL.format(name)
+
+
+def _spot(
+    data: bpy.types.Light, name: str, world_from_object: np.ndarray, direction: np.ndarray, position: np.ndarray, common: dict[str, object]
+) -> tuple[Light | None, str]:
+    """A spot: its cone is as wide as its scale makes it."""
+    linear, half = world_from_object[:3, :3], float(data.spot_size) / 2.0
+    cone = min(half, MAX_CONE_RAD)
+    warning = f"Spot '{name}' opens wider than 172°: taken as 172°." if half > MAX_CONE_RAD else ""
+    scale = np.linalg.norm(linear, axis=0)
+    if np.ptp(scale) <= 1e-6 * scale.max():
+        return Light("spot", direction, position, cone, float(data.spot_blend), **common), warning
+    if abs(np.linalg.det(linear)) < 1e-12 * scale.max() ** 3:
+        return None, f"Light '{name}' is scaled to zero or placed at infinity: left out."
+    inner = np.linalg.inv(linear)
+    widest = atan(tan(cone) * float(scale[:2].max() / scale[2]))
+    if widest > MAX_CONE_RAD:
+        warning = f"Spot '{name}' opens wider than 172°: taken as 172°."
     return Light(
-        "spot", direction, position, pi / 3, 0.5, color, name, True
-    ), f"Area light '{name}' is taken as a spot of 120° at its centre."
+        "spot",
+        direction,
+        position,
+        min(widest, MAX_CONE_RAD),
+        float(data.spot_blend),
+        local_from_world=inner,
+        local_cone_rad=cone,
+        **common,
+    ), warning
 
 
 def _color(data: bpy.types.Light) -> tuple[float, float, float]:
@@ -48,13 +76,8 @@ def _color(data: bpy.types.Light) -> tuple[float, float, float]:
         color *= np.array(data.temperature_color[:])
     strength = float(data.energy) * 2.0 ** float(getattr(data, "exposure", 0.0))
     if data.type != "SUN":
-        strength /= 4.0 * pi
+        strength /= pi if data.type == "AREA" else 4.0 * pi
     return tuple(float(c) * strength for c in color)
-
-
-def strength(light: Light) -> float:
-    """Sum of the colour's channels: what 'the strongest' compares."""
-    return sum(light.color)
 
 
 def reaches(light: Light, bounds_ws: np.ndarray) -> bool:

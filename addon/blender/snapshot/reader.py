@@ -135,6 +135,7 @@ class Collected:
             lights=tuple(_moved(light, origin) for light in rows.lights),
             warnings=(*rows.warnings, *session.warnings()),
             marks=tuple(rows.marks),
+            links={name: tuple(one.left_out(rows.names) for one in both) for name, both in rows.links.items()},
         )
 
 

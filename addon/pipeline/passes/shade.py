@@ -25,6 +25,8 @@ from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 
+NO_SPREAD = 1.5
+"""A panel's half spread from which on it counts as not narrowed."""
 MOST_FOLLOWED = 64
 """Triangles at most from the one that an impostor's texel names to the one that the view ray meets."""
 
@@ -175,19 +177,38 @@ class ShadePass:
 
 
 def _light_uniforms(light: Light | None, settings: Settings, origin_ws: np.ndarray) -> dict[str, object]:
-    """u_light (a position relative to the origin), u_light_color, u_spot, u_spot_blend."""
+    """u_light (a position relative to the origin), u_light_color, u_lamp, u_spot, u_cone."""
     if light is None:
-        return {"u_light": (0.0, 0.0, 1.0, 0.0), "u_light_color": (0.0, 0.0, 0.0, 0.0), "u_spot": (0.0, 0.0, 1.0, 2.0), "u_spot_blend": 1.0}
+        return {"u_light": (0.0, 0.0, 1.0, 0.0), "u_light_color": (0.0, 0.0, 0.0, 0.0), "u_lamp": 0}
     is_sun = light.kind == "sun"
     vector = light.direction_ws if is_sun else light.position_ws - origin_ws
     color = tuple(c * radiance_per_color(light, settings.shading) for c in light.color)
-    spot = (*map(float, light.direction_ws), math.cos(light.cone_rad)) if light.kind == "spot" else (0.0, 0.0, 1.0, 2.0)
+    lamp = (1 if light.spread_rad is None else 2) if light.kind == "spot" else 0
     return {
         "u_light": (*map(float, vector), 0.0 if is_sun else 1.0),
         "u_light_color": (*color, 1.0),
-        "u_spot": spot,
-        "u_spot_blend": light.cone_blend,
+        "u_lamp": lamp,
+        **(_cone_uniforms(light) if lamp else {}),
     }
+
+
+def _cone_uniforms(light: Light) -> dict[str, object]:
+    """u_spot and u_cone of a spot or a panel."""
+    cone, axes = light.cone_rad, light.local_from_world
+    if axes is None:
+        axes = np.zeros((3, 3))
+        axes[2] = light.direction_ws
+        axes[0] = np.eye(3)[np.abs(light.direction_ws).argmin()]
+        axes[1] = np.cross(axes[2], axes[0])
+        axes[1] /= np.linalg.norm(axes[1])
+        axes[0] = np.cross(axes[1], axes[2])
+    else:
+        cone = light.local_cone_rad
+    spread = light.spread_rad
+    is_narrow = spread is not None and spread < NO_SPREAD
+    tangent = math.tan(spread) if is_narrow else 0.0
+    share = (1.0 / (tangent - spread) if spread > 0.05 else 3.0 / max(spread, 1e-4) ** 3) if is_narrow else 0.0
+    return {"u_spot": matrix_bytes(axes), "u_cone": (math.cos(cone), light.cone_blend, tangent, share)}
 
 
 def radiance_per_color(light: Light, shading: ShadingChoice) -> float:

@@ -79,8 +79,7 @@ def directions_to_light(light: Light, points_ws: np.ndarray) -> tuple[np.ndarray
     offset = np.asarray(light.position_ws, dtype=np.float64) - points_ws
     distance = np.maximum(np.linalg.norm(offset, axis=1), np.finfo(np.float64).tiny)
     direction = offset / distance[:, None]
-    inside = direction @ light.direction_ws > np.cos(light.cone_rad) if light.kind == "spot" else np.ones(len(points_ws), dtype=bool)
-    return direction, distance, inside
+    return direction, distance, light.lights_towards(direction)
 
 
 class TruthTracer:
