@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ..scene.cad_model import CadCamera, CadLight, CadMesh, CadModel, CadPart
+from ..scene.cad_model import CREASED, CadCamera, CadLight, CadMesh, CadModel, CadPart
 from .cad_materials import COLORS, UVS, Made, material_of, mean_tints
 
 
@@ -99,6 +99,7 @@ def _mesh(made: Made, mesh: CadMesh, materials: list[bpy.types.Material]) -> bpy
     data.update(calc_edges=True)
     if mesh.normals is None:
         data.attributes.new("sharp_face", "BOOLEAN", "FACE").data.foreach_set("value", np.ones(count, dtype=bool))
+        data[CREASED] = True
     else:
         _custom_normals(data, mesh.normals)
     return data

@@ -15,6 +15,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 
 from ..maths.choices import PartitionChoice
 from ..maths.shadow.slices import slice_count
+from ..scene.cad_model import CREASED
 from ..scene.mesh_prep import DEFAULT_CREASE_RAD
 from ..settings.combinations import applies
 from ..settings.groups import Settings
@@ -110,7 +111,7 @@ class CadShadowSettings(bpy.types.PropertyGroup):
         "settings_version": IntProperty(name="Settings Version", description="Version of these settings in the file", options={"HIDDEN"}),
         "crease_angle": FloatProperty(
             name="Crease Angle",
-            description="Edges sharper than this look sharp, softer ones are shaded smoothly; files that bring their own normals keep them",
+            description="Of models from CAD files without normals: edges sharper than this look sharp, softer ones are shaded smoothly",
             subtype="ANGLE",
             default=DEFAULT_CREASE_RAD,
             min=0.0,
@@ -217,6 +218,7 @@ def migrate(*_unused: object) -> None:
     """After a file is loaded, turn the settings of older versions into what they mean now. What no version ever saved is new."""
     for scene in bpy.data.scenes:
         if scene.cad_shadow.settings_version == 1 and scene.library is None:
+            _mark_creased(scene)
             _migrate_from_1(scene)
             scene.cad_shadow.settings_version = SETTINGS_VERSION
 
@@ -232,6 +234,15 @@ def _migrate_from_1(scene: bpy.types.Scene) -> None:
             for key in curve.keyframe_points:
                 for point in (key.co, key.handle_left, key.handle_right):
                     point[1] *= pi
+
+
+def _mark_creased(scene: bpy.types.Scene) -> None:
+    """Meshes that version 1 imported from CAD files keep the crease angle."""
+    for collection in scene.collection.children_recursive:
+        if "cad_units" in collection:
+            for ob in collection.all_objects:
+                if ob.type == "MESH" and ob.data.library is None and ob.data.normals_domain == "FACE":
+                    ob.data[CREASED] = True
 
 
 def register() -> None:

@@ -12,6 +12,9 @@ import numpy as np
 
 from .records import frozen
 
+CREASED = "cad_shadow_creased"
+"""The custom property of Blender's meshes that come from a file without normals: the crease angle shades them."""
+
 
 @dataclass(frozen=True, slots=True)
 class CadImage:

@@ -21,16 +21,20 @@ TRIANGLES_AT_ONCE = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """`positions` (V, 3) float32, `triangles` (T, 3) int32, `slots` (T,) int32 or None = all 0, `corner_normals` (T, 3, 3) float32."""
+    """`positions` (V, 3) float32, `triangles` (T, 3) int32, `slots` (T,) int32 or None = all 0, `corner_normals` (T, 3, 3) float32.
+
+    `crease_rad`: its own crease angle, where it has no usable corner normals; None: whatever is asked for.
+    """
 
     positions: np.ndarray
     triangles: np.ndarray
     slots: np.ndarray | None = None
     corner_normals: np.ndarray | None = None
+    crease_rad: float | None = None
 
     def digest(self) -> bytes:
         """16 bytes that name the content."""
-        digest = hashlib.blake2b(digest_size=16)
+        digest = hashlib.blake2b(b"" if self.crease_rad is None else repr(self.crease_rad).encode(), digest_size=16)
         for array in (self.positions, self.triangles, self.slots, self.corner_normals):
             digest.update(b"-" if array is None else np.ascontiguousarray(array).data)
         return digest.digest()
@@ -49,16 +53,19 @@ class Prepared:
 def prepare_all(raws: Sequence[RawMesh], keys: Sequence[Hashable], crease_angle_rad: float) -> list[Prepared]:
     """Claim: for each mesh its drawable pieces; the same arrays whatever it is prepared together with.
 
-    Bad triangles are left out and counted. The mesh's own corner normals are used where it has them (all of unit length), else the
-    crease angle decides. A mesh that lies farther than `FAR` times its size from its own origin is moved there (`offset_os`), so that
-    float32 on the GPU keeps all that the file had. `keys[i]` names the content; the piece of slot s gets the key `(keys[i], s)`.
+    Bad triangles are left out and counted. The mesh's own corner normals are used where it has them (all of unit length), else its crease
+    angle, or the one given, decides. A mesh that lies farther than `FAR` times its size from its own origin is moved there (`offset_os`),
+    so that float32 on the GPU keeps all that the file had. `keys[i]` names the content; the piece of slot s gets the key `(keys[i], s)`.
     """
     out: list[Prepared | None] = [None] * len(raws)
-    for with_normals in (False, True):
-        chosen = [i for i, raw in enumerate(raws) if _has_normals(raw) == with_normals]
+    ways: dict[float | None, list[int]] = {}
+    for i, raw in enumerate(raws):
+        crease = crease_angle_rad if raw.crease_rad is None else raw.crease_rad
+        ways.setdefault(None if _has_normals(raw) else crease, []).append(i)
+    for crease, chosen in ways.items():
         for chunk in _chunks(chosen, raws):
             joined = _Joined([raws[i] for i in chunk])
-            for i, prepared in zip(chunk, joined.prepare([keys[i] for i in chunk], crease_angle_rad), strict=True):
+            for i, prepared in zip(chunk, joined.prepare([keys[i] for i in chunk], crease or 0.0), strict=True):
                 out[i] = prepared
     return out
 

@@ -279,3 +279,17 @@ def test_instances_are_as_invisible_as_what_makes_them_and_as_they_are(blend, tm
     assert judge.apart(scene, tmp_path)[0] < 0.05
     empty.visible_shadow = False
     assert judge.apart(scene, tmp_path)[0] < 0.05
+
+
+@pytest.mark.parametrize("shade", ["shade_flat", "shade_smooth"])
+def test_a_cylinder_is_flat_or_smooth_as_in_cycles(blend, tmp_path, shade):
+    scene = judge.empty_scene()
+    blend.ops.mesh.primitive_cylinder_add(vertices=16, radius=2.0, depth=4.0)
+    getattr(blend.ops.object, shade)()
+    blend.context.object.data.materials.append(judge.diffuse())
+    judge.sun((1.0, -1.0, 1.0))
+    judge.camera()
+    mine, theirs = judge.ours(scene)[0][..., 0], judge.cycles(scene, tmp_path)[..., 0]
+    lit = (mine > 0.0) & (theirs > 0.0)  # Cycles moves the terminator of smooth surfaces
+    assert lit.mean() > 0.1
+    assert np.percentile(np.abs(mine - theirs)[lit], 95) < 0.03 * theirs.max()

@@ -9,6 +9,7 @@ import pytest
 from addon.blender.snapshot import SceneReader
 from addon.blender.snapshot.reader import local_origin
 from addon.errors import SceneError
+from addon.scene.cad_model import CREASED
 from tests.blender.snapshot_rigs import add, depsgraph, mesh, read, triangle
 
 
@@ -237,12 +238,39 @@ def cylinder(sides=24):
     return bpy.context.object
 
 
-def test_flat_and_smooth_cad_gets_the_crease_angle_and_sharp_edges_are_obeyed(blend):
+def test_a_mesh_is_flat_or_smooth_as_its_author_says(blend):
     ob = cylinder()
-    for shade in (bpy.ops.object.shade_flat, bpy.ops.object.shade_smooth):
-        shade()
-        normals = read().meshes[0].normals
-        assert np.allclose(np.sort(np.abs(normals[:, 2])), [0] * 48 + [1] * 48, atol=1e-5), "smooth sides, flat caps"
+    bpy.ops.object.shade_flat()
+    assert read().meshes[0].normals.shape == (24 * 4 + 48, 3), "every side has its own normals"
+    bpy.ops.object.shade_smooth()
+    bpy.context.view_layer.update()
+    scene = read()
+    normals = scene.meshes[0].normals
+    assert len(normals) == 48, "one normal at each corner"
+    assert (np.abs(normals[:, 2]) > 0.5).all(), "sides and caps share it"
+    assert np.allclose(np.linalg.norm(normals, axis=1), 1.0, atol=1e-4)
+    loose = mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (3, 4, 5)], "loose")
+    loose.shade_smooth()
+    ob.data = loose
+    bpy.context.view_layer.update()
+    assert len(read().meshes[0].normals) == 6, "faces that only touch do not share normals"
+
+
+def test_smooth_by_angle_is_obeyed(blend):
+    cylinder()
+    bpy.ops.object.shade_smooth()
+    bpy.context.object.data.set_sharp_from_angle(angle=radians(40))
+    bpy.context.view_layer.update()
+    normals = read().meshes[0].normals
+    assert np.allclose(np.sort(np.abs(normals[:, 2])), [0] * 48 + [1] * 48, atol=1e-5), "smooth sides, flat caps"
+
+
+def test_flat_cad_gets_the_crease_angle_and_sharp_edges_are_obeyed(blend):
+    ob = cylinder()
+    bpy.ops.object.shade_flat()
+    ob.data[CREASED] = True
+    normals = read().meshes[0].normals
+    assert np.allclose(np.sort(np.abs(normals[:, 2])), [0] * 48 + [1] * 48, atol=1e-5), "smooth sides, flat caps"
     assert read(crease_angle_rad=radians(1)).meshes[0].normals.shape == (24 * 4 + 48, 3)
     ob.data.set_sharp_from_angle(angle=radians(5))
     ob.data.update()

@@ -5,27 +5,36 @@ Attributes are read with their exact type: Blender then copies memory; any other
 
 from __future__ import annotations
 
+from math import pi
+
 import bpy
 import numpy as np
 
+from ...scene.cad_model import CREASED
 from ...scene.mesh_pieces import RawMesh
 
 
 def read_object(ob: bpy.types.Object) -> RawMesh | None:
     """The arrays of an evaluated mesh object; None when it has no face. In edit mode Blender makes them on demand."""
     if ob.mode != "EDIT":
-        return read_mesh(ob.data)
+        return read_mesh(ob.data, is_creased(ob))
     try:
-        return read_mesh(ob.to_mesh())
+        return read_mesh(ob.to_mesh(), is_creased(ob))
     finally:
         ob.to_mesh_clear()
 
 
-def read_mesh(mesh: bpy.types.Mesh) -> RawMesh | None:
+def is_creased(ob: bpy.types.Object) -> bool:
+    """Whether an object's mesh comes from a CAD file without normals."""
+    data = ob.original.data
+    return isinstance(data, bpy.types.Mesh) and bool(data.get(CREASED))
+
+
+def read_mesh(mesh: bpy.types.Mesh, is_creased: bool = False) -> RawMesh | None:
     """The arrays of an evaluated mesh; None when it has no face.
 
-    Corner normals are read only where they hold something the triangles do not: custom normals, or sharp edges and faces that its author
-    marked. Meshes that are smooth or flat all over get the crease angle instead.
+    It is flat and smooth where its author says so. `is_creased`: it comes from a CAD file that says nothing of it; as long as it is flat
+    all over the crease angle decides.
     """
     corners, faces = len(mesh.loops), len(mesh.polygons)
     if not faces or not len(mesh.vertices):
@@ -36,12 +45,17 @@ def read_mesh(mesh: bpy.types.Mesh) -> RawMesh | None:
     mesh.attributes[".corner_vert"].data.foreach_get("value", vertex)
     loops, face = _triangulation(mesh, corners, faces)
     slots = _slots(mesh, face)
-    normals = None
-    if mesh.has_custom_normals or mesh.normals_domain == "CORNER" or _has_sharp_edges(mesh):
-        normals = np.empty((corners, 3), dtype=np.float32)
-        mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
-        normals = normals.reshape(-1, 3, 3) if loops is None else normals[loops]
-    return RawMesh(positions, vertex.reshape(-1, 3) if loops is None else vertex[loops], slots, normals)
+    triangles = vertex.reshape(-1, 3) if loops is None else vertex[loops]
+    domain = "CORNER" if mesh.has_custom_normals or _has_sharp_edges(mesh) else mesh.normals_domain
+    if domain == "FACE":
+        return RawMesh(positions, triangles, slots, crease_rad=None if is_creased else 0.0)
+    if domain == "POINT":
+        normals = np.empty((len(mesh.vertices), 3), dtype=np.float32)
+        mesh.vertex_normals.foreach_get("vector", normals.reshape(-1))
+        return RawMesh(positions, triangles, slots, normals[triangles], pi)
+    normals = np.empty((corners, 3), dtype=np.float32)
+    mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
+    return RawMesh(positions, triangles, slots, normals.reshape(-1, 3, 3) if loops is None else normals[loops], pi)
 
 
 def _has_sharp_edges(mesh: bpy.types.Mesh) -> bool:
