@@ -27,8 +27,8 @@ FLOORS = {
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
-    "addon/blender/snapshot": "cameras light_links lights meshes pictures random_numbers vertex_colors visibility < nodes < shaders <"
-    " materials world < instances < marks < reader < __init__",
+    "addon/blender/snapshot": "cameras light_links lights pictures random_numbers vertex_colors visibility < nodes varied < meshes shaders"
+    " < materials world < instances < marks < reader < __init__",
     "addon/cli": "argument_types command exit_codes settings_file batch < rivals shared_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",

@@ -14,6 +14,7 @@ from .light_links import Linked, links_of
 from .lights import light_from_object
 from .materials import Followed, Paint, paint_of
 from .random_numbers import random_of
+from .varied import slot_and_color
 from .visibility import flags_reader
 
 MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
@@ -32,8 +33,10 @@ class Kind:
     paints: tuple[Paint, ...]
 
     def paint(self, slot: int) -> Paint:
-        """Slots beyond the last material show the last one, as in Blender."""
-        return self.paints[min(slot, len(self.paints) - 1)]
+        """Slots beyond the last material show the last one, as in Blender; a slot with a colour shows that."""
+        number, color = slot_and_color(slot)
+        paint = self.paints[min(number, len(self.paints) - 1)]
+        return paint if color is None else paint.where(color)
 
 
 @dataclass(eq=False)

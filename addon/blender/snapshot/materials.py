@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
+import numpy as np
 
 from ...scene.looks import COATED, PLAIN, Look
 from .nodes import Plug, Surroundings, Unfollowable
@@ -18,11 +19,22 @@ Color = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Paint:
-    """What one material slot looks like: its colour (linear, with opacity) and the rest. `is_solid` False: there is no surface at all."""
+    """What one material slot looks like: its colour (linear, with opacity) and the rest. `is_solid` False: there is no surface at all.
+
+    `varied`: the colours where what varies over the surface (a picture, an attribute) is black and where it is white.
+    """
 
     color: Color = DEFAULT_COLOR
     look: Look = COATED
     is_solid: bool = True
+    varied: tuple[Color, Color] | None = None
+
+    def where(self, varying: np.ndarray) -> Paint:
+        """The paint where what varies has a linear colour (3,): nodes that multiply and mix are linear in it."""
+        if self.varied is None:
+            return self
+        black, white = (np.array(color[:3]) for color in self.varied)
+        return replace(self, color=(*(float(c) for c in black + (white - black) * varying), self.color[3]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +63,16 @@ def paint_of(material: bpy.types.Material | None, ob: bpy.types.Object | None = 
     if seen == Closures():
         is_volume = output.inputs["Volume"].is_linked
         return Followed(Paint((0.0, 0.0, 0.0, 1.0), PLAIN, not is_volume), asks=around.asked)
-    return Followed(_paint(seen), asks=around.asked)
+    return Followed(_varied(_paint(seen), material, around), asks=around.asked)
+
+
+def _varied(paint: Paint, material: bpy.types.Material, around: Surroundings) -> Paint:
+    """The paint with its colours where what varies is black and white, if anything does."""
+    if not around.varies or not paint.is_solid:
+        return paint
+    socket = material.node_tree.get_output_node("ALL").inputs["Surface"]
+    ends = [_paint(closures(Plug(socket), Surroundings(around.object, around.random, varying=end))).color for end in (0.0, 1.0)]
+    return replace(paint, varied=tuple(ends))
 
 
 def plain_look(material: bpy.types.Material) -> Look:

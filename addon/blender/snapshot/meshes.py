@@ -12,14 +12,17 @@ import numpy as np
 
 from ...scene.cad_model import CREASED
 from ...scene.mesh_pieces import RawMesh
+from .varied import Sources, with_colors
 
 
-def read_object(ob: bpy.types.Object) -> RawMesh | None:
-    """The arrays of an evaluated mesh object; None when it has no face. In edit mode Blender makes them on demand."""
+def read_object(ob: bpy.types.Object, sources: Sources = ()) -> RawMesh | None:
+    """The arrays of an evaluated mesh object; None when it has no face. In edit mode Blender makes them on demand.
+
+    `sources` are the colours of its materials that vary over it."""
     if ob.mode != "EDIT":
-        return read_mesh(ob.data, is_creased(ob))
+        return read_mesh(ob.data, is_creased(ob), sources)
     try:
-        return read_mesh(ob.to_mesh(), is_creased(ob))
+        return read_mesh(ob.to_mesh(), is_creased(ob), sources)
     finally:
         ob.to_mesh_clear()
 
@@ -30,7 +33,7 @@ def is_creased(ob: bpy.types.Object) -> bool:
     return isinstance(data, bpy.types.Mesh) and bool(data.get(CREASED))
 
 
-def read_mesh(mesh: bpy.types.Mesh, is_creased: bool = False) -> RawMesh | None:
+def read_mesh(mesh: bpy.types.Mesh, is_creased: bool = False, sources: Sources = ()) -> RawMesh | None:
     """The arrays of an evaluated mesh; None when it has no face.
 
     It is flat and smooth where its author says so. `is_creased`: it comes from a CAD file that says nothing of it; as long as it is flat
@@ -44,7 +47,7 @@ def read_mesh(mesh: bpy.types.Mesh, is_creased: bool = False) -> RawMesh | None:
     vertex = np.empty(corners, dtype=np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", vertex)
     loops, face = _triangulation(mesh, corners, faces)
-    slots = _slots(mesh, face)
+    slots = with_colors(mesh, sources, vertex, loops, _slots(mesh, face)) if sources else _slots(mesh, face)
     triangles = vertex.reshape(-1, 3) if loops is None else vertex[loops]
     domain = "CORNER" if mesh.has_custom_normals or _has_sharp_edges(mesh) else mesh.normals_domain
     if domain == "FACE":

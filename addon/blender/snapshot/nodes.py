@@ -38,12 +38,15 @@ class Plug:
 
 @dataclass(eq=False)
 class Surroundings:
-    """What nodes may ask of the object that wears a material, and of the ray that meets it. `asked`: whether the object was."""
+    """What nodes may ask of the object that wears a material, and of the ray that meets it. `asked`: whether the object was; `varies`:
+    whether something that varies over its surface was."""
 
     object: bpy.types.Object | None = None
     random: float = 0.0
     is_shadow: bool = False
+    varying: float | None = None  # what images and attributes give, instead of their mean
     asked: bool = field(default=False)
+    varies: bool = field(default=False)
 
     def ask(self) -> bpy.types.Object | None:
         """The object; from now on the answer holds for it alone."""
@@ -285,6 +288,9 @@ def _combine(ask: Ask) -> Value:
 
 
 def _image(ask: Ask) -> Value:
+    ask.around.varies = True
+    if ask.around.varying is not None and ask.out.name != "Alpha":
+        return np.array([*np.full(3, ask.around.varying), 1.0])
     found = mean_color(ask.node.image)
     if found is None:
         raise Unfollowable(ask.node.type)
@@ -304,6 +310,10 @@ def _object_info(ask: Ask) -> Value:
 def _attribute(ask: Ask) -> Value:
     ob, node = ask.around.ask(), ask.node
     is_layer = node.type == "VERTEX_COLOR"
+    if is_layer or node.attribute_type == "GEOMETRY":
+        ask.around.varies = True
+        if ask.around.varying is not None and ask.out.name != "Alpha":
+            return _part(np.array([*np.full(3, ask.around.varying), 1.0]), ask.out.name)
     name = node.layer_name if is_layer else node.attribute_name
     if ob is None:
         raise Unfollowable(node.type)

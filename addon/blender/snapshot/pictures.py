@@ -13,6 +13,8 @@ SAMPLED = 512
 LINEAR = ("Linear", "Non-Color", "Raw", "Generic Data")
 _means: dict[tuple, np.ndarray | None] = {}
 _halves: dict[tuple, np.ndarray | None] = {}
+_whole: dict[tuple, np.ndarray | None] = {}
+KEPT_WHOLE = 32
 
 
 def mean_color(image: bpy.types.Image | None) -> np.ndarray | None:
@@ -23,6 +25,13 @@ def mean_color(image: bpy.types.Image | None) -> np.ndarray | None:
 def mean_halves(image: bpy.types.Image | None) -> np.ndarray | None:
     """(2, 3) the mean radiance of the upper and the lower half of the world that an equirectangular image surrounds; None: unreadable."""
     return _kept(_halves, image, _half_means)
+
+
+def pixels_of(image: bpy.types.Image | None) -> np.ndarray | None:
+    """(h, w, 4) an image in scene-linear colour, row 0 at the bottom, of at most `SAMPLED` a side; None where it cannot be read."""
+    if len(_whole) >= KEPT_WHOLE:
+        _whole.clear()
+    return _kept(_whole, image, lambda pixels: pixels.astype(np.float32))
 
 
 def _kept(kept: dict, image: bpy.types.Image | None, make: object) -> np.ndarray | None:

@@ -31,9 +31,10 @@ from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
 from .marks import mark_reader
 from .meshes import read_object
+from .varied import Source, Sources, slot_and_color, sources_of
 
 ContentKey = tuple[bytes, float]
-Number = tuple[int, float]  # an evaluated mesh's session_uid, and the crease angle
+Number = tuple[int, float, tuple]  # an evaluated mesh's session_uid, the crease angle, and where its materials' varying colours come from
 MUCH = 1 << 18  # triangles made drawable after which memory is given back
 
 
@@ -155,23 +156,25 @@ class _Session:
         self.counts, self.has_fetched = ReadCounts(), False
         self.first_name: dict[Number, str] = {}
         self.name_of: dict[ContentKey, str] = {}
+        self.sources: dict[int, Source | None] = {}
 
     def number_of(self, ob: bpy.types.Object) -> Number | None:
         """The number of an evaluated object's mesh; None if it has no face. Called once for each mesh. Raises `_TimeIsUp`."""
         mesh = ob.data
-        number = (mesh.session_uid, self.crease)
+        sources = sources_of(mesh, self.sources)
+        number = (mesh.session_uid, self.crease, tuple((slot, source.key()) for slot, source in sources))
         is_copy = mesh.original is None or mesh.original.as_pointer() == mesh.as_pointer()
         is_steady = is_copy and ob.mode == "OBJECT"
         if is_steady and number in self.old_known:
             self.known[number] = key = self.old_known[number]
             has_faces = key is not None
         else:
-            has_faces = self._fetch(ob, number, is_steady) is not None
+            has_faces = self._fetch(ob, number, is_steady, sources) is not None
         if has_faces:
             self.first_name[number] = ob.name
         return number if has_faces else None
 
-    def _fetch(self, ob: bpy.types.Object, number: Number, is_steady: bool) -> RawMesh | None:
+    def _fetch(self, ob: bpy.types.Object, number: Number, is_steady: bool, sources: Sources) -> RawMesh | None:
         """The mesh's arrays, as fetched by an earlier slice or now. The first of a slice is fetched even when the time is up."""
         if is_steady and number in self.old_fetched:
             raw = self.old_fetched[number]
@@ -179,7 +182,7 @@ class _Session:
             if is_steady and self.has_fetched and time.perf_counter() > self.deadline:
                 self.fetched = {**self.old_fetched, **self.fetched}
                 raise _TimeIsUp
-            raw = read_object(ob)
+            raw = read_object(ob, sources)
             self.has_fetched |= is_steady
         self.fetched[number] = raw
         return raw
@@ -249,7 +252,7 @@ def _instances(
         solid = [i for i, slot in enumerate(prepared.slots) if kind.paint(slot).is_solid]
         counts.append(len(solid))
         mesh_of.extend(first + i for i in solid)
-        slots.extend(prepared.slots[i] for i in solid)
+        slots.extend(slot_and_color(prepared.slots[i])[0] for i in solid)
         paints = [kind.paint(prepared.slots[i]) for i in solid]
         colors.extend(paint.color for paint in paints)
         looks.extend(look_of.setdefault(paint.look, len(look_of)) for paint in paints)
