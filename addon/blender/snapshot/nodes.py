@@ -1,7 +1,7 @@
 """Node trees followed to constants: what a socket holds where nothing on the way to it varies over the surface.
 
-Links are followed through reroutes, groups and muted nodes as Blender does. What varies (an image, a colour attribute) gives its mean;
-what cannot be known without rendering raises `Unfollowable`. `shaders` reads materials and worlds with it.
+Links are followed through reroutes, groups and muted nodes as Blender does. What varies (an image, a colour attribute) gives its mean,
+or what `varying` says; what cannot be known without rendering raises `Unfollowable`. `shaders` reads materials and worlds with it.
 """
 
 from __future__ import annotations
@@ -38,8 +38,7 @@ class Plug:
 
 @dataclass(eq=False)
 class Surroundings:
-    """What nodes may ask of the object that wears a material, and of the ray that meets it. `asked`: whether the object was; `varies`:
-    whether something that varies over its surface was."""
+    """What nodes may ask of the object that wears a material, and of the ray. `asked`: whether of the object; `varies`: of its surface."""
 
     object: bpy.types.Object | None = None
     random: float = 0.0
@@ -309,15 +308,14 @@ def _object_info(ask: Ask) -> Value:
 
 def _attribute(ask: Ask) -> Value:
     ob, node = ask.around.ask(), ask.node
-    is_layer = node.type == "VERTEX_COLOR"
-    if is_layer or node.attribute_type == "GEOMETRY":
-        ask.around.varies = True
-        if ask.around.varying is not None and ask.out.name != "Alpha":
-            return _part(np.array([*np.full(3, ask.around.varying), 1.0]), ask.out.name)
-    name = node.layer_name if is_layer else node.attribute_name
+    is_varied = node.type == "VERTEX_COLOR" or node.attribute_type == "GEOMETRY"
+    ask.around.varies |= is_varied
+    if is_varied and ask.around.varying is not None and ask.out.name != "Alpha":
+        return _part(np.array([*np.full(3, ask.around.varying), 1.0]), ask.out.name)
+    name = node.layer_name if node.type == "VERTEX_COLOR" else node.attribute_name
     if ob is None:
         raise Unfollowable(node.type)
-    if is_layer or node.attribute_type == "GEOMETRY":
+    if is_varied:
         found = mean_attribute(ob, name)
     elif node.attribute_type == "OBJECT":
         found = _property(ob, name)
