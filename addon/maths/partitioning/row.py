@@ -28,7 +28,7 @@ class PartitionScheme:
     `name` in settings and on the command line; `place` in menus, `label` and `text` there. `splits` gives the (count + 1,) depths, near to
     far, strictly increasing. `divides_depth` False: one slice, whatever the number set. `has_faces`: the side faces of the view frustum
     get maps of their own (T4 §4.3.1). `options`: those of the group `partition` that change something with it, beside number and cut.
-    `advised`: the numbers of slices that advice tries.
+    `parts_spots`: a spot's maps part its own picture instead (`shadow/lamps.py`). `advised`: the numbers of slices that advice tries.
     """
 
     name: str
@@ -38,6 +38,7 @@ class PartitionScheme:
     splits: Callable[[DividedView], np.ndarray]
     divides_depth: bool = True
     has_faces: bool = False
+    parts_spots: bool = False
     options: frozenset[str] = frozenset()
     advised: tuple[int, ...] = (1,)
 

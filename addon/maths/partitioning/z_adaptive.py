@@ -19,6 +19,7 @@ ROW = PartitionScheme(
     label="Adaptive",
     text="Logarithmic; cut across the view, or with α by hand, geometric when the light runs along the view (T4 (55))",
     splits=splits,
+    parts_spots=True,
     options=frozenset({"alpha"}),
     advised=(2, 3, 4, 6, 8),
 )

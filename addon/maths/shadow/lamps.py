@@ -184,7 +184,7 @@ def parts_the_picture(partition: PartitionChoice) -> bool:
     """Whether a spot's maps part its own picture (the default): slabs of the view overlap there, and every map pays for the common ground.
 
     Schemes with a meaning of their own, and T4 (55) with α by hand, keep their slabs."""
-    return partition.kind == "z-adaptive" and partition.alpha is None and partition.cut != "view" and partition.z_count > 1
+    return partition.scheme.parts_spots and partition.alpha is None and partition.cut != "view" and partition.z_count > 1
 
 
 def border(clip_from_eye: np.ndarray, error: tuple[float, float], share: float) -> np.ndarray:
