@@ -34,7 +34,7 @@ def remember_impostors(outcome: Outcome) -> None:
     _impostors[:] = [(outcome.frame.impostors, outcome.job.scene.origin_ws)]
 
 
-def forget_impostors() -> None:
+def clear_impostors() -> None:
     """There is no picture any more whose impostors could be told of."""
     _impostors.clear()
 
@@ -76,12 +76,12 @@ def last_advice() -> dict[str, object] | None:
 
 
 @persistent
-def forget(*_unused: object) -> None:
+def clear(*_unused: object) -> None:
     """Another file was opened: drop the last outcome, whose images may be large, and what was read of the old file."""
     _outcomes.clear()
     _impostors.clear()
     _advice.clear()
-    sources.forget()
+    sources.clear_readers()
 
 
 def _load_libraries() -> None:
@@ -90,15 +90,15 @@ def _load_libraries() -> None:
 
 def register() -> None:
     """Listen for other files being opened; where there is a window, soon begin to import what renders, so that no click waits for it."""
-    bpy.app.handlers.load_post.append(forget)
+    bpy.app.handlers.load_post.append(clear)
     if not bpy.app.background:
         bpy.app.timers.register(_load_libraries, first_interval=LOAD_AFTER_S, persistent=True)
 
 
 def unregister() -> None:
     """Stop the worker thread, free its GL objects, drop all that was kept."""
-    bpy.app.handlers.load_post.remove(forget)
+    bpy.app.handlers.load_post.remove(clear)
     if bpy.app.timers.is_registered(_load_libraries):
         bpy.app.timers.unregister(_load_libraries)
-    forget()
+    clear()
     stop_worker()

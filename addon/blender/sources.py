@@ -240,7 +240,7 @@ def surrounded(
     return replace(settings, shading=shading), (complaint,) if complaint and is_asked else ()
 
 
-def forget() -> None:
+def clear_readers() -> None:
     """Drop the readers' caches."""
     view_reader.clear()
     _render_reader.clear()

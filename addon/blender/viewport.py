@@ -115,7 +115,7 @@ class LiveView:
         self.message, self._shown, self._wants_more = message, None, False
         self._image = self._texture = None
         self._shows = ("shaded", None)
-        session.forget_impostors()
+        session.clear_impostors()
 
     def _ask(self, job: Job | None) -> None:
         """Start the next picture if none is in the making and the newest one shown is not the one wanted.

@@ -72,10 +72,10 @@ def run_inputs(args: argparse.Namespace, attached: Attached) -> list[dict[str, o
         for item in items if args.resume else ():
             report = done_before(item, digest, folder)
             if report is not None:
-                _told(progress, reports, len(items), item, (report, UNCHANGED))
+                _keep_report(progress, reports, len(items), item, (report, UNCHANGED))
         todo = [item for item in items if item not in reports]
         for item, answer in _work(args, todo, attached):
-            _told(progress, reports, len(items), item, answer)
+            _keep_report(progress, reports, len(items), item, answer)
         stopping.check()
         if args.contact_sheet:
             _write_sheet(args, items, [reports[item] for item in items])
@@ -96,7 +96,7 @@ def _work(args: argparse.Namespace, todo: list[Item], attached: Attached) -> Ite
             yield from answers_here(todo, args)
 
 
-def _told(progress: Progress, reports: dict[Item, dict[str, object]], total: int, item: Item, answer: Answer) -> None:
+def _keep_report(progress: Progress, reports: dict[Item, dict[str, object]], total: int, item: Item, answer: Answer) -> None:
     """Keep an item's report and say how it went."""
     report, line = answer
     reports[item] = report

@@ -17,7 +17,7 @@ from ..errors import UserError
 from ..scene.user_files import run_of_inputs
 from ..studies.outputs import check_target, json_text, recorded, run_of_results, write_json
 from ..studies.stopping import heeded
-from ..studies.terminal import Closed, complain, flushed, make_ready, told
+from ..studies.terminal import Closed, complain, flushed, make_ready, printed
 from .command import Command
 from .commands import COMMANDS
 from .exit_codes import DONE, FAILED, MISUSED
@@ -85,7 +85,7 @@ def finish(args: argparse.Namespace, reports: list[dict[str, object]], out: Text
         except UserError as error:
             complain(f"cad_shadow: {error}")
             failed = True
-    if args.json and not told(out, json_text(whole)):
+    if args.json and not printed(out, json_text(whole)):
         failed = True
     return FAILED if failed else DONE
 

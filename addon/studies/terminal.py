@@ -38,7 +38,7 @@ class Closed(io.TextIOBase):
         return 0
 
 
-def told(stream: TextIO, text: str) -> bool:
+def printed(stream: TextIO, text: str) -> bool:
     """Write a line and flush; False, with a complaint, when nobody can get it."""
     try:
         print(text, file=stream, flush=True)

@@ -90,7 +90,7 @@ def view(api, room):
         return result, {report.name: report for report in result.impostors}
 
     yield draw
-    room("blender.session").forget()
+    room("blender.session").clear()
 
 
 @pytest.fixture

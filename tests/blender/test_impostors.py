@@ -236,7 +236,7 @@ def test_f12_the_api_and_the_preview_operator_draw_the_same(ball, view, blend, c
     blend.ops.render.render()
     f12 = room("blender.session").last().frame
     assert f12.impostors and np.array_equal(console, f12.passes["combined"])
-    room("blender.session").forget()
+    room("blender.session").clear()
     assert blend.ops.cad_shadow.preview() == {"FINISHED"}
     assert np.array_equal(console, room("blender.session").last().frame.passes["combined"])
 

@@ -61,7 +61,7 @@ def unregister() -> None:
     while _handlers:
         bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")
     bpy.types.VIEW3D_PT_overlay.remove(draw_switches)
-    graph.forget()
-    legend.forget()
+    graph.clear()
+    legend.clear()
     del bpy.types.WindowManager.cad_shadow_legend
     del bpy.types.WindowManager.cad_shadow_graph

@@ -17,7 +17,7 @@ BAND = (1.0, 1.0, 1.0, 0.22)
 _kept: list[tuple[Outcome, ErrorGraph | None]] = []  # of the outcome drawn last
 
 
-def forget() -> None:
+def clear() -> None:
     """Drop the graph kept."""
     _kept.clear()
 

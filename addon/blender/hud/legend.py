@@ -48,6 +48,6 @@ def draw(canvas: Canvas, live: LiveView) -> None:
     _legends.setdefault(live, LiveLegend()).draw(canvas, *live.shows)
 
 
-def forget() -> None:
+def clear() -> None:
     """Free the legends and their textures."""
     _legends.clear()

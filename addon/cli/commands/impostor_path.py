@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ...blender.impostors.chosen import ChosenImpostors
     from ...blender.render_wish import RenderWish
 
-TOLD_EVERY = 10
+LINE_EVERY = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -89,7 +89,7 @@ def _walked(
     else:
         place, jobs = "frame", animated(scene, wish, args.from_frame, args.to_frame)
     choice = choice_for(groups, first.settings.impostor, exact=True)
-    frames = list(walk(jobs, chosen.groups, choice, _teller(stem if args.pictures else None, args.quiet)))
+    frames = list(walk(jobs, chosen.groups, choice, _frame_handler(stem if args.pictures else None, args.quiet)))
     report = path_report(first, frames, place)
     report["errors"] += chosen.missing(groups)
     write_bytes(stem.with_name(f"{stem.name}_path.csv"), csv_text(frames).encode())
@@ -124,19 +124,19 @@ def summary(report: dict[str, object]) -> str:
     return "\n".join(lines)
 
 
-def _teller(pictures: Path | None, is_quiet: bool) -> Callable[[PathFrame], None]:
+def _frame_handler(pictures: Path | None, is_quiet: bool) -> Callable[[PathFrame], None]:
     """What is done with every frame: its picture written, a line said at each capture and now and then."""
 
-    def tell(frame: PathFrame) -> None:
+    def handle(frame: PathFrame) -> None:
         row = frame.row()
-        if not is_quiet and (row["stage"] == "regenerated" or frame.index % TOLD_EVERY == 0):
+        if not is_quiet and (row["stage"] == "regenerated" or frame.index % LINE_EVERY == 0):
             quality = "" if row["psnr_db"] is None else f", {row['psnr_db']:.1f} dB"
             complain(f"    frame {frame.index}: {row['stage']}{quality}")
         if pictures is not None:
             picture = np.rint(255.0 * srgb(frame.picture)).astype(np.uint8)
             write_bytes(pictures.with_name(f"{pictures.name}_path_{frame.index:04d}.png"), encode_png(picture))
 
-    return tell
+    return handle
 
 
 ROW = Command(

@@ -10,7 +10,7 @@ from pathlib import Path
 from ...errors import SettingsError, UserError
 from ...settings.groups import Settings
 from ...studies.outputs import json_text, write_json
-from ...studies.terminal import complain, told
+from ...studies.terminal import complain, printed
 from ..argument_types import between, degrees_between, finite, size
 from ..command import Command
 from ..exit_codes import DONE, FAILED, MISUSED
@@ -69,8 +69,8 @@ def theory_command(args: argparse.Namespace) -> int:
     for line in () if args.quiet else idle_options(settings, args):
         complain(f"cad_shadow theory: {line}")
     if args.json:
-        return DONE if told(sys.stdout, json_text(result)) else FAILED
-    if not args.quiet and not told(sys.stdout, text_report(result, args.fov_y / 2.0, settings.warp, settings.partition)):
+        return DONE if printed(sys.stdout, json_text(result)) else FAILED
+    if not args.quiet and not printed(sys.stdout, text_report(result, args.fov_y / 2.0, settings.warp, settings.partition)):
         return FAILED
     return DONE
 

@@ -185,7 +185,7 @@ class GeometryStore:
                     rows = slice((batch.index_ends[k] - part.index_count) // 3, batch.index_ends[k] // 3)
                     own = batch.triangles[rows] - (batch.vertex_ends[k] - part.vertex_count) + part.first_vertex
                     self.indices.write(own.astype(np.uint32), offset=part.first_index * 4)
-                    self.links.forget(part.first_index)
+                    self.links.drop(part.first_index)
                 part.take(batch, k, matrices[i])
             at = 0
             for first, count in joined([(part.first_vertex, part.vertex_count) for part in chosen]):

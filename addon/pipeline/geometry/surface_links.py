@@ -89,7 +89,7 @@ class SurfaceLinks:
             self.buffer.write(links.tobytes(), offset=first_index * 4)
         self._done = there
 
-    def forget(self, first_index: int) -> None:
+    def drop(self, first_index: int) -> None:
         """The triangles from there on were written anew."""
         self._done.pop(first_index, None)
 

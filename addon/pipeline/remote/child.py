@@ -20,17 +20,17 @@ from ..renderer import Task, Ticket, shared_renderer
 from .words import receive, send
 
 
-class _Telling(Ticket):
+class _ReportingTicket(Ticket):
     """A ticket that sends every stage to the other process."""
 
-    def __init__(self, tell: object) -> None:
+    def __init__(self, report: object) -> None:
         super().__init__()
-        self._tell = tell
+        self._report = report
 
     def enter(self, fraction: float, stage: str) -> None:
-        """Note the stage and tell it."""
+        """Note the stage and send it."""
         super().enter(fraction, stage)
-        self._tell("progress", (fraction, stage))
+        self._report("progress", (fraction, stage))
 
 
 class Server:
@@ -60,22 +60,22 @@ class Server:
             ticket.is_cancelled = True
 
     def _render(self, number: int, job: Job, task: Task, arguments: tuple) -> None:
-        ticket = self._tickets[number] = _Telling(lambda kind, content: self._tell(number, kind, content))
+        ticket = self._tickets[number] = _ReportingTicket(lambda kind, content: self._report(number, kind, content))
         future = shared_renderer().queue(replace(job, scene=self._current), ticket, task, *arguments)
         future.add_done_callback(lambda done: self._answer(number, done))
 
     def _answer(self, number: int, done: Future) -> None:
         self._tickets.pop(number, None)
         try:
-            self._tell(number, "done", done.result())
+            self._report(number, "done", done.result())
         except CancelledError:
-            self._tell(number, "failed", Cancelled("Cancelled."))
+            self._report(number, "failed", Cancelled("Cancelled."))
         except UserError as error:
-            self._tell(number, "failed", error)
+            self._report(number, "failed", error)
         except Exception as error:  # must reach the one who waits
-            self._tell(number, "failed", GpuError(f"Rendering failed ({type(error).__name__}: {error}): please report this."))
+            self._report(number, "failed", GpuError(f"Rendering failed ({type(error).__name__}: {error}): please report this."))
 
-    def _tell(self, number: int, kind: str, content: object) -> None:
+    def _report(self, number: int, kind: str, content: object) -> None:
         with self._lock, suppress(OSError):  # nobody reads any more; Windows does not call it a broken pipe
             send(self._out, (number, kind, content))
 

@@ -28,7 +28,7 @@ CLOSE_S = 3.0  # the process may be killed: what it holds is its own
 
 
 class RemoteTicket(Ticket):
-    """A ticket whose cancelling is told to the other process."""
+    """A ticket whose cancelling is sent to the other process."""
 
     def __init__(self, cancel: Callable[[], None]) -> None:
         self._cancel, self._is_cancelled = cancel, False
@@ -46,7 +46,7 @@ class RemoteTicket(Ticket):
         self._is_cancelled = value
 
 
-class _Asked(NamedTuple):
+class _Request(NamedTuple):
     """What the process is asked for; `again` asks another process for it."""
 
     future: Future
@@ -60,7 +60,7 @@ class _Child:
     def __init__(self, machine: Machine) -> None:
         streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         self.process = started("pipeline.remote.child", [PACKAGE], ("moderngl", "glcontext", "numpy"), **streams)
-        self.waiting: dict[int, _Asked] = {}
+        self.waiting: dict[int, _Request] = {}
         self.is_over = False
         self._is_closing = False
         self._outbox: SimpleQueue[tuple | None] = SimpleQueue()
@@ -76,7 +76,7 @@ class _Child:
         """Leave a message to be written; None closes."""
         self._outbox.put(message)
 
-    def ask(self, number: int, asked: _Asked, job: Job, task: Task, arguments: tuple) -> None:
+    def ask(self, number: int, asked: _Request, job: Job, task: Task, arguments: tuple) -> None:
         """Ask for a frame, or another task; the future gets its result, or the process's end as an error.
 
         What the process had not begun when it ended is no cause of that: `asked.again` is called.
@@ -174,9 +174,9 @@ class RemoteRenderer:
         ticket = RemoteTicket(lambda: self._cancel(number))
 
         def again() -> None:
-            self._living().ask(number, _Asked(future, ticket, None), job, task or render_frame, arguments)
+            self._living().ask(number, _Request(future, ticket, None), job, task or render_frame, arguments)
 
-        child.ask(number, _Asked(future, ticket, again), job, task or render_frame, arguments)
+        child.ask(number, _Request(future, ticket, again), job, task or render_frame, arguments)
         return future, ticket
 
     def _living(self) -> _Child:

@@ -47,7 +47,7 @@ PREDICTED = {
     "regions_sum": "regions_sum",
     "edge_sum_px": "edge_sum_px",
 }
-FIRST_TO_TELL = ("geometry", "regenerated", "warp", "sprite", "hidden")
+MOST_NOTABLE_FIRST = ("geometry", "regenerated", "warp", "sprite", "hidden")
 JUDGED_PASSES = ("combined", "object")
 _serial = count(1)
 
@@ -71,12 +71,12 @@ class PathFrame:
 
         None where a number is not known (nothing captured yet, nothing in view) or infinite (the pictures are equal).
         """
-        stage = min((FIRST_TO_TELL.index(r.stage) for r in self.reports), default=0)
+        stage = min((MOST_NOTABLE_FIRST.index(r.stage) for r in self.reports), default=0)
         betas = [r.betas for r in self.reports if r.betas is not None]
         measured = self.errors
         return {
             "index": self.index,
-            "stage": "geometry" if FIRST_TO_TELL[stage] == "hidden" else FIRST_TO_TELL[stage],
+            "stage": "geometry" if MOST_NOTABLE_FIRST[stage] == "hidden" else MOST_NOTABLE_FIRST[stage],
             "beta_screen": _largest(b.screen for b in betas),
             "beta_trans_p": _largest(b.trans_p for b in betas),
             "beta_trans_n": _largest(b.trans_n for b in betas),
@@ -122,9 +122,9 @@ def walk(
     jobs: Iterable[tuple[float, Job]],
     groups_of: Callable[[Scene], tuple[ImpostorGroup, ...]],
     choice: ImpostorChoice,
-    told: Callable[[PathFrame], None] = lambda frame: None,
+    on_frame: Callable[[PathFrame], None] = lambda frame: None,
 ) -> Iterator[PathFrame]:
-    """Every frame of the path, in order, from a fresh start: nothing captured before counts. `told` after each."""
+    """Every frame of the path, in order, from a fresh start: nothing captured before counts. `on_frame` after each."""
     serial = next(_serial)
     for index, (place, job) in enumerate(jobs):
         groups = tuple(_own(group, serial) for group in groups_of(job.scene))
@@ -136,7 +136,7 @@ def walk(
         masks = (np.isin(frame.passes["object"], ids) for frame in (shown, truth))
         times = (float(frame.timing_ms["gbuffer"]) for frame in (shown, truth))
         frame = PathFrame(index, place, shown.impostors, picture_errors(*pictures, *masks), pictures[0], *times, shown.gl)
-        told(frame)
+        on_frame(frame)
         yield frame
 
 
