@@ -159,11 +159,11 @@ class DrawList:
             chosen = Chosen(chosen.ranges & ~without.ranges, [a & ~b for a, b in zip(chosen.groups, without.groups, strict=True)])
         barriers = None if without is None else np.cumsum(without.ranges)  # nothing is drawn along across what is left out
         gap = MERGED_GAP if select is None and rows is None else 0
-        sent = 0
-        for is_culled, mask in self._by_culling(chosen.ranges, culling):
-            with back_faces_left_out(self.context, culling if is_culled else None):
+        culled, sent = self._culled(chosen, culling), 0
+        for mask, by in ((culled.ranges, culling), (chosen.ranges & ~culled.ranges, None)):
+            with back_faces_left_out(self.context, by):
                 sent += self._draw_ranges(baked, attributes, mask, barriers, gap)
-        return sent + self._draw_groups(instanced, attributes, chosen.groups, culling)
+        return sent + self._draw_groups(instanced, attributes, chosen.groups, culled.groups, culling)
 
     def chosen(self, planes: np.ndarray, select: Select | None, rows: np.ndarray | None = None) -> Chosen:
         """What reaches inside `planes` and `select` chooses, of the instance rows `rows` (I,) bool."""
@@ -187,15 +187,17 @@ class DrawList:
             0.5 * (bounds[:, 1] - bounds[:, 0]),
             np.concatenate([thing.rows for thing in things]),
             np.concatenate([thing.longest_edge_m for thing in things]),
+            np.concatenate([self.ranges.wholes_ws, *(group.bounds_ws for group in self.groups)]),
+            np.concatenate([self.ranges.is_closed, *(np.full(len(group.rows), group.front != 0) for group in self.groups)]),
             np.cumsum([len(thing.rows) for thing in things]),
         )
 
-    def _by_culling(self, mask: np.ndarray, culling: Culling | None) -> list[tuple[bool, np.ndarray]]:
-        """(whether back faces are left out, which ranges of `mask`)."""
-        if culling is None or not (self.ranges.is_closed & mask).any():
-            return [(False, mask)]
-        culled = mask & self.ranges.is_closed & culling.allows(self.ranges.wholes_ws)
-        return [(True, culled), (False, mask & ~culled)]
+    def _culled(self, chosen: Chosen, culling: Culling | None) -> Chosen:
+        """What of `chosen` is drawn without its back faces."""
+        boxes = self._all
+        allowed = np.zeros(len(boxes.rows), bool) if culling is None else boxes.is_closed & culling.allows(boxes.wholes_ws)
+        ranges, *groups = np.split(allowed, boxes.ends[:-1])
+        return Chosen(chosen.ranges & ranges, [a & b for a, b in zip(chosen.groups, groups, strict=True)])
 
     def _draw_ranges(self, program: moderngl.Program, attributes: bool, mask: np.ndarray, barriers: np.ndarray | None, gap: int) -> int:
         sent, ranges = 0, self.ranges
@@ -272,8 +274,15 @@ class DrawList:
             self.on_demand["u_looks"] = BufferTexture(self.context, buffer, "rgba32f"), buffer
         return self.on_demand["u_looks"][0]
 
-    def _draw_groups(self, program: moderngl.Program, attributes: bool, masks: list[np.ndarray], culling: Culling | None) -> int:
-        drawn = [(group, *part) for group, mask in zip(self.groups, masks, strict=True) for part in _parts_by_culling(group, mask, culling)]
+    def _draw_groups(
+        self, program: moderngl.Program, attributes: bool, masks: list[np.ndarray], culled: list[np.ndarray], culling: Culling | None
+    ) -> int:
+        both = (
+            (group, front, mask)
+            for group, a, b in zip(self.groups, masks, culled, strict=True)
+            for front, mask in ((group.front, b), (0, a & ~b))
+        )
+        drawn = [(group, front, group.slots[mask]) for group, front, mask in both if mask.any()]
         if not drawn:
             return 0
         write_buffer(self.context, self.visible_buffer, np.concatenate([slots for _, _, slots in drawn]).tobytes())
@@ -321,25 +330,17 @@ class DrawList:
 
 @dataclass(frozen=True, slots=True)
 class _BoxTable:
-    """Boxes (B, 2, 3) with their centres and halves, instance rows and longest edges; `ends` of the parts that they belong to."""
+    """Boxes (B, 2, 3) with their centres and halves, instance rows and longest edges; the box of the whole mesh that each belongs to, and
+    whether that is closed; `ends` of the lists that they come from."""
 
     bounds_ws: np.ndarray
     centre: np.ndarray
     half: np.ndarray
     rows: np.ndarray
     longest_edge_m: np.ndarray
+    wholes_ws: np.ndarray
+    is_closed: np.ndarray
     ends: np.ndarray
-
-
-def _parts_by_culling(group: InstancedGroup, mask: np.ndarray, culling: Culling | None) -> Iterator[tuple[int, np.ndarray]]:
-    """(`front` to draw with, 0 for both sides; slots) of the instances of `mask`."""
-    if culling is None or group.front == 0:
-        culled = np.zeros_like(mask)
-    else:
-        culled = mask & culling.allows(group.bounds_ws)
-    for front, own in ((group.front, culled), (0, mask & ~culled)):
-        if own.any():
-            yield front, group.slots[own]
 
 
 def _table(scene: Scene, rows_of_slot: np.ndarray, baked_slots: int) -> tuple[np.ndarray, np.ndarray]:
