@@ -180,3 +180,33 @@ def test_a_part_that_is_mirrored_where_it_stands_shows_its_outside(worker):
         return volumes
 
     assert np.array(worker.call(measured)).min() > 0.0
+
+
+def test_what_is_noted_of_moved_parts_is_what_a_new_upload_notes(worker):
+    """Also of meshes of several clusters, and of those placed often."""
+    sphere, (corners, triangles) = scenes.ball((0.0, 0.0, 0.0), 0.4, 120, 60), scenes.box((0.0, 0.0, 0.0), (0.4, 0.4, 0.4))
+    meshes = [Mesh(key, p, np.tile([0.0, 0.0, 1.0], (len(p), 1)), t) for key, p, t in (("ball", *sphere), ("box", corners, triangles))]
+    index = np.array([0, 1, 0, 1, 1])
+    placed = np.tile(np.eye(4), (5, 1, 1))
+    placed[:, 0, 3] = np.arange(5)
+    moved = placed.copy()
+    moved[[0, 3], 1, 3] = 2.0
+    moved[2, 0, 0] = -1.0
+    rows = [Instances(index, m, np.arange(5), np.zeros(5), np.ones((5, 4))) for m in (placed, moved)]
+    before, after = (Scene(tuple(meshes), r, tuple("abcde"), np.zeros(3)) for r in rows)
+
+    def noted(context):
+        kept, fresh = GeometryStore(context), GeometryStore(context)
+        kept.sync(before)
+        lists = kept.sync(after), fresh.sync(after)
+        out = [(by_row(drawn.ranges), drawn.longest_edge_m, [g.front for g in drawn.groups]) for drawn in lists]
+        kept.release()
+        fresh.release()
+        return out
+
+    def by_row(ranges):
+        order = np.lexsort((ranges.start, ranges.rows))
+        return [getattr(ranges, name)[order].tolist() for name in ("rows", "start", "bounds_ws", "wholes_ws", "longest_edge_m")]
+
+    kept, new = worker.call(noted)
+    assert kept == new and len(kept[0][0]) > 5

@@ -36,9 +36,14 @@ def closed_meshes(meshes: Sequence[Mesh]) -> np.ndarray:
         kept = np.flatnonzero(closed[mesh_of])
         mesh_of = mesh_of[kept]
         last = np.flatnonzero(boundary[kept + 1] == boundary[begins[mesh_of]])  # triangle of each shell
-        centred = positions - np.repeat([mesh.bounds_os.mean(axis=0) for mesh in meshes], [len(mesh.positions) for mesh in meshes], axis=0)
+        centred = positions - np.repeat(centres_os(meshes), [len(mesh.positions) for mesh in meshes], axis=0)
         closed[mesh_of[last[~_enclosing(centred, triangles[kept], last + 1)]]] = False
     return closed
+
+
+def centres_os(meshes: Sequence[Mesh]) -> np.ndarray:
+    """(M, 3) the middles of the meshes' boxes."""
+    return np.concatenate([mesh.bounds_os for mesh in meshes]).reshape(-1, 2, 3).mean(axis=1)
 
 
 def _mixed(x: np.ndarray) -> np.ndarray:

@@ -101,8 +101,7 @@ def ranges_of(placed: list[tuple[PooledMesh, int]]) -> IndexRanges:
     last = np.cumsum(clusters) - 1
     ends[last] = firsts + counts
     bounds = np.concatenate([p.bounds for p in parts])
-    begins = last + 1 - clusters
-    wholes = np.stack([np.minimum.reduceat(bounds[:, 0], begins), np.maximum.reduceat(bounds[:, 1], begins)], axis=1)
+    wholes = _wholes(bounds, last + 1 - clusters)
     return IndexRanges(
         first,
         ends - first,
@@ -118,11 +117,18 @@ def ranges_of(placed: list[tuple[PooledMesh, int]]) -> IndexRanges:
 
 def moved_ranges(ranges: IndexRanges, placed: list[tuple[PooledMesh, int]], moved: np.ndarray) -> IndexRanges:
     """`ranges_of(placed)` when those at `moved` stand elsewhere than when `ranges` was made."""
-    ends = np.cumsum([len(part.cluster_starts) for part, _ in placed])
+    if not len(moved):
+        return ranges
+    clusters = np.array([len(part.cluster_starts) for part, _ in placed])
+    parts, counts = [placed[i][0] for i in moved.tolist()], clusters[moved]
+    begins = np.cumsum(counts) - counts
+    own = np.repeat((np.cumsum(clusters) - clusters)[moved] - begins, counts) + np.arange(counts.sum())
     bounds, edges, wholes = ranges.bounds_ws.copy(), ranges.longest_edge_m.copy(), ranges.wholes_ws.copy()
-    for i in moved.tolist():
-        part = placed[i][0]
-        own = slice(ends[i] - len(part.cluster_starts), ends[i])
-        bounds[own], edges[own] = part.bounds, part.longest_edges
-        wholes[own] = part.bounds[:, 0].min(axis=0), part.bounds[:, 1].max(axis=0)
+    bounds[own], edges[own] = np.concatenate([p.bounds for p in parts]), np.concatenate([p.longest_edges for p in parts])
+    wholes[own] = np.repeat(_wholes(bounds[own], begins), counts, axis=0)
     return replace(ranges, bounds_ws=bounds, longest_edge_m=edges, wholes_ws=wholes)
+
+
+def _wholes(bounds: np.ndarray, begins: np.ndarray) -> np.ndarray:
+    """(P, 2, 3) bounds of the parts whose clusters begin at `begins` in `bounds` (C, 2, 3)."""
+    return np.stack([np.minimum.reduceat(bounds[:, 0], begins), np.maximum.reduceat(bounds[:, 1], begins)], axis=1)

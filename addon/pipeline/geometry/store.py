@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import GpuError
 from ...scene.records import Mesh, Scene
 from ..gl.allocation import allocating, buffer_texture_limit
-from .closed import closed_meshes
+from .closed import centres_os, closed_meshes
 from .clusters import morton
 from .draw_list import DrawList, IndexRanges, InstancedGroup
 from .packing import Packed, cofactors, is_mirrored, packed
@@ -135,7 +135,7 @@ class GeometryStore:
         keys, rows = list(missing), np.fromiter(missing.values(), dtype=np.int64, count=len(missing))
         matrices = scene.instances.world_from_object[rows]
         meshes = [scene.meshes[i] for i in scene.instances.mesh_index[rows].tolist()]
-        centres = np.stack([mesh.bounds_os.mean(axis=0) for mesh in meshes])
+        centres = centres_os(meshes)
         code = morton(matrices[:, :3, 3] + np.einsum("rab,rb->ra", matrices[:, :3, :3], centres))
         order = np.lexsort([code, [not self._closed[mesh.key] for mesh in meshes]])
         self._upload([keys[i] for i in order], [meshes[i] for i in order], matrices[order])
@@ -179,14 +179,16 @@ class GeometryStore:
         """Write the vertices of parts, in the order of the pool, as placed by `matrices` (P, 4, 4), and note their bounds."""
         for some in batches([part.mesh for part in parts]):
             chosen = parts[some[0] : some[-1] + 1]
-            batch = packed([part.mesh for part in chosen], matrices[some[0] : some[-1] + 1])
-            for k, (i, part) in enumerate(zip(some, chosen, strict=True)):
-                if is_mirrored(part.transform[None])[0] != is_mirrored(matrices[i : i + 1])[0]:
+            placed = matrices[some[0] : some[-1] + 1]
+            batch = packed([part.mesh for part in chosen], placed)
+            turns_over = is_mirrored(np.stack([part.transform for part in chosen])) != is_mirrored(placed)
+            for k, part in enumerate(chosen):
+                if turns_over[k]:
                     rows = slice((batch.index_ends[k] - part.index_count) // 3, batch.index_ends[k] // 3)
                     own = batch.triangles[rows] - (batch.vertex_ends[k] - part.vertex_count) + part.first_vertex
                     self.indices.write(own.astype(np.uint32), offset=part.first_index * 4)
                     self.links.drop(part.first_index)
-                part.take(batch, k, matrices[i])
+                part.take(batch, k, placed[k])
             at = 0
             for first, count in joined([(part.first_vertex, part.vertex_count) for part in chosen]):
                 self._write_vertices(batch, slice(at, at + count), first)
