@@ -16,9 +16,6 @@ import numpy as np
 
 from addon.maths.choices import WARPS, PartitionChoice, WarpChoice
 from addon.maths.error.aliasing import (
-    base_error_log_t,
-    base_error_s,
-    base_error_t,
     error_x,
     error_z,
     max_beam_error_z,
@@ -30,6 +27,7 @@ from addon.maths.error.aliasing import (
 from addon.maths.error.warped_map import WarpedMap, partition_maps
 from addon.maths.shadow.partitions import split_distances
 from addon.maths.warping.formulas import gamma_lim_rad, lispsm_general_parameter, lispsm_parameter, parameter_from_eta
+from tests.maths.logpsm_forms import base_error_log_t, base_error_s, base_error_t
 
 OUT = Path(__file__).resolve().parents[1] / "docs" / "img"
 NEAR, FAR = 1.0, 100.0

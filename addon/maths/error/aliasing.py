@@ -84,24 +84,6 @@ def _extreme_depths(m: WarpedMap) -> list[float]:
     return ends
 
 
-# --- normalised forms of LogPSM, light ⟂ view: v = (z−n)/(f−n), n̄'₀ = n/(f−n), n̄' = n'/(f−n) ------------------------------------------
-
-
-def base_error_s(v: Values, n_bar: float, n_bar0: float) -> Values:
-    """M̃_s = (v+n̄')(n̄'₀+1)/((v+n̄'₀)(n̄'+1)) (LogPSM 5.27; 5.9 at n̄' = ∞): m_x."""
-    return (1.0 + v / n_bar) / (1.0 + 1.0 / n_bar) * (n_bar0 + 1.0) / (v + n_bar0)
-
-
-def base_error_t(v: Values, n_bar: float, n_bar0: float) -> Values:
-    """M̃_t = (v+n̄')²/(n̄'(n̄'+1)(v+n̄'₀)) (LogPSM 5.28): m_z · 2 tan φ."""
-    return (1.0 + v / n_bar) ** 2 / ((1.0 + 1.0 / n_bar) * (v + n_bar0))
-
-
-def base_error_log_t(v: Values, n_bar: float, n_bar0: float) -> Values:
-    """M̃_log,t = ln((n̄'+1)/n̄') (v+n̄')/(v+n̄'₀) (LogPSM 5.41); constant, ln(f/n), at n̄' = n̄'₀. n̄' finite."""
-    return log1p(1.0 / n_bar) * (v + n_bar) / (v + n_bar0)
-
-
 def side_face_maxima(m: WarpedMap) -> tuple[float, float]:
     """(R_s, R_t) of a side face of V, the light straight above it: the worst over all lights (LogPSM 5.11–5.13, 5.36–5.38, 5.42).
 

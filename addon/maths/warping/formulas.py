@@ -1,7 +1,7 @@
 """The formulas of the warp parameter n': how strongly one shadow map is warped towards the viewer.
 
 What it is: numbers from (near, far, φ, γ). What it is not: the methods that choose among them (a module each, beside this one), the map
-t(v) itself (`shadow/spacing.py`), the errors (`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3.
+t(v) itself (`shadow/projection.py`), the errors (`error/aliasing.py`). Sources: T4 §4.2, LogPSM §5.1, method §2–§3.
 
 n' is the distance, along z_ls, from the apex of the warping pyramid P to its near plane; ∞ is the uniform map. P just holds the view
 frustum V, so its depth f' − n' is `warp_depth`, and n̄' = n'/(f' − n') says how strong the warp is whatever the scale. Every parameter

@@ -11,9 +11,6 @@ from hypothesis import strategies as st
 
 from addon.maths.error.aliasing import (
     aliasing_statistics,
-    base_error_log_t,
-    base_error_s,
-    base_error_t,
     beam_error_z,
     error_statistics,
     error_x,
@@ -29,6 +26,7 @@ from addon.maths.error.aliasing import (
 from addon.maths.error.warped_map import WarpedMap
 from addon.maths.warping.formulas import lispsm_parameter
 from tests.margins import agree, at_most
+from tests.maths.logpsm_forms import base_error_log_t, base_error_s, base_error_t
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, depths, pyramid_depth, pyramid_w, pyramid_width, views
 
 strengths = st.floats(0.02, 1e4)  # n' over P's depth

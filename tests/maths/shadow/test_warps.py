@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from addon.errors import SettingsError
 from addon.maths.choices import CONVERGENCES, WARPS, WarpChoice
-from addon.maths.error.aliasing import base_error_log_t, base_error_s, base_error_t, error_z, max_error_x, max_error_z
+from addon.maths.error.aliasing import error_z, max_error_x, max_error_z
 from addon.maths.error.warped_map import WarpedMap
-from addon.maths.shadow import spacing
 from addon.maths.shadow.crop import bent
 from addon.maths.shadow.projection import LogWarp
 from addon.maths.shadow.warps import DIRECT_FADE_RAD, warp_parameter
@@ -36,6 +35,8 @@ from addon.maths.warping.formulas import (
     warp_depth,
 )
 from tests.margins import agree, at_most
+from tests.maths import logpsm_forms as spacing
+from tests.maths.logpsm_forms import base_error_log_t, base_error_s, base_error_t
 from tests.maths.views import HOSTILE_ANGLES, HOSTILE_RATIOS, light_z, pyramid_depth, reals, views
 
 OVERHEAD = pi / 2
