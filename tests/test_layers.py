@@ -61,8 +61,8 @@ FLOORS = {
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/settings": "shadowing < groups < option versions words < impostor_options < options < combinations < __init__",
     "addon/settings/shadowing": "row < * < __init__",
-    "addon/studies": "legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view outputs sun truth"
-    " < impostors < __init__",
+    "addon/studies": "diagnostics legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view"
+    " outputs sun truth < impostors < __init__",
     "addon/studies/advice": "candidates goal sampled_frame < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
     "addon/studies/sun": "moments < pictures < __init__",

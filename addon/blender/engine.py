@@ -6,6 +6,8 @@ Blender's images have row 0 at the bottom, ours at the top: they are flipped her
 
 from __future__ import annotations
 
+import logging
+
 import bpy
 import numpy as np
 
@@ -18,6 +20,7 @@ from . import session, sources
 from .render_wish import ENGINE, RenderWish, active_wish
 from .viewport import LiveView
 
+log = logging.getLogger(__name__)
 LAYERS = tuple(RENDER_PASSES[name] for name in ENGINE_PASSES)
 
 
@@ -78,6 +81,7 @@ class CadShadowEngine(bpy.types.RenderEngine):
         if wish is not None:
             wish.error = error
         if not self.test_break():
+            log.info("render: %s", error)
             self.report({"ERROR"}, " ".join(str(error).split()))
 
     def _outcome(self, job: Job, scene: bpy.types.Scene) -> Outcome:

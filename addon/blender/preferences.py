@@ -9,6 +9,7 @@ import bpy
 from ..pipeline.gl.machine import BACKENDS, Machine, backends_on, choose
 from ..scene.reading import limits
 from ..scene.reading.limits import Limits
+from ..studies import diagnostics
 from ..studies.run import stop_worker
 
 EXTENSION = __package__.removesuffix(".blender").rpartition(".")[0]  # what Blender enables; empty where nothing was enabled
@@ -86,6 +87,7 @@ class CAD_SHADOW_preferences(bpy.types.AddonPreferences):
         layout.use_property_split = True
         for name in ("backend", "is_separate", "threads", "memory_mib", "import_seconds", "import_memory_mib"):
             layout.prop(self, name)
+        layout.operator("cad_shadow.copy_diagnostics", icon="COPYDOWN")
 
 
 def apply(preferences: CAD_SHADOW_preferences) -> None:
@@ -98,6 +100,7 @@ def apply(preferences: CAD_SHADOW_preferences) -> None:
 
 def register() -> None:
     """Offer the preferences and use them."""
+    diagnostics.register()
     bpy.utils.register_class(CAD_SHADOW_preferences)
     enabled = bpy.context.preferences.addons.get(EXTENSION)
     if enabled is not None and enabled.preferences is not None:
@@ -107,5 +110,6 @@ def register() -> None:
 def unregister() -> None:
     """Take them back; Blender keeps the values."""
     bpy.utils.unregister_class(CAD_SHADOW_preferences)
+    diagnostics.unregister()
     choose(Machine())
     limits.choose(Limits())

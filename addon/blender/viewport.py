@@ -10,8 +10,8 @@ Blender's overlays, which it covers. Blender offers no way to draw there beneath
 
 from __future__ import annotations
 
+import logging
 import time
-import traceback
 from dataclasses import dataclass, replace
 from weakref import WeakSet
 
@@ -36,6 +36,7 @@ BIG = 200_000  # triangles from which on also the first picture is a coarse one
 POLL_S = 0.03
 
 _views: WeakSet[LiveView] = WeakSet()
+log = logging.getLogger(__name__)
 _handlers: list[object] = []
 
 
@@ -221,8 +222,9 @@ class LiveView:
 def _words(error: Exception) -> str:
     """What the viewport says of it. A defect's traceback goes to the console: raised in a draw call it would come with every redraw."""
     if isinstance(error, UserError):
+        log.info("live view: %s", error)
         return str(error)
-    traceback.print_exception(error)
+    log.error("live view", exc_info=error)
     return f"The picture failed ({type(error).__name__}: {error}): please report this."
 
 

@@ -9,6 +9,7 @@ from ..errors import UserError
 from ..studies.sun.moments import moments
 from .row import OperatorRow
 from .sun_object import find_or_make, turn
+from .ticking import refused
 
 
 class CAD_SHADOW_OT_animate_sun(bpy.types.Operator):
@@ -26,8 +27,7 @@ class CAD_SHADOW_OT_animate_sun(bpy.types.Operator):
             clock, place = sky_of(scene.cad_shadow.sun)
             day = moments(clock, place, *hours_of(scene.cad_shadow.sun), len(frames))
         except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
         sun = find_or_make(context)
         sun.rotation_mode = "QUATERNION"
         last = None

@@ -17,7 +17,7 @@ from ..blender.redraw import redraw
 from ..errors import Cancelled, UserError
 from ..studies.pending import Cancels, Chained, Pending, PendingFuture, Progress
 from ..studies.run import Outcome, submit
-from .ticking import Ticking, takes_operators
+from .ticking import Ticking, refused, takes_operators
 
 if TYPE_CHECKING:
     import numpy as np
@@ -118,8 +118,7 @@ class JobOperator(Ticking, NeedsMeshes):
         try:
             return self._done(context, self.start(context).result())
         except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
         """Start rendering and return to the window at once."""
@@ -128,8 +127,7 @@ class JobOperator(Ticking, NeedsMeshes):
         try:
             self._pending = self.start(context)
         except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
         return self.begin(context)
 
     def tick(self, context: bpy.types.Context) -> set[str] | None:
@@ -142,8 +140,7 @@ class JobOperator(Ticking, NeedsMeshes):
         except Cancelled:
             return {"CANCELLED"}
         except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
 
     def give_up(self, _context: bpy.types.Context) -> None:
         """Tell the worker."""

@@ -11,6 +11,7 @@ from ..blender import session
 from ..errors import UserError
 from ..studies import outputs
 from .row import OperatorRow
+from .ticking import refused
 
 
 class CAD_SHADOW_OT_export_report(ExportHelper, bpy.types.Operator):
@@ -36,8 +37,7 @@ class CAD_SHADOW_OT_export_report(ExportHelper, bpy.types.Operator):
         try:
             outputs.write_json(Path(self.filepath), session.last().report)
         except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
         self.report({"INFO"}, f"Report written to {self.filepath}")
         return {"FINISHED"}
 

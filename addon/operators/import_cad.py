@@ -18,7 +18,7 @@ from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
 from ..scene.reading.process import shutdown
 from .row import OperatorRow
-from .ticking import Ticking, takes_operators
+from .ticking import Ticking, refused, takes_operators
 
 POLL_S = 0.1
 UNIT_TITLES = {
@@ -107,7 +107,7 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         except TimeoutError:
             return None
         except UserError as error:
-            self.report({"ERROR"}, str(error))
+            refused(self, error)
         self._reading = None
         return None
 

@@ -18,6 +18,7 @@ from ..studies.pending import Chained, Pending, ready
 from .background import JobOperator, view_read
 from .impostors import ACTIVE, ALL, HIDDEN, SELECTED, NeedsMarks, chosen_marks, is_one_of
 from .row import OperatorRow
+from .ticking import refused
 
 Baked = tuple[Job, list[BakedImpostor | UserError]]
 FORMATS = [
@@ -89,7 +90,7 @@ class CAD_SHADOW_OT_impostor_export(NeedsMarks, JobOperator, bpy.types.Operator)
         try:
             done = self._keep(context, job, found)
         except UserError as error:
-            self.report({"ERROR"}, str(error))
+            refused(self, error)
             return
         made = {"FILES": f"written to {self.directory}", "PLANE": "plane added at its place", "PACKED": "packed into the file"}
         if done:
@@ -100,7 +101,7 @@ class CAD_SHADOW_OT_impostor_export(NeedsMarks, JobOperator, bpy.types.Operator)
         good = [result for result in results if isinstance(result, BakedImpostor)]
         for error in results:
             if not isinstance(error, BakedImpostor):
-                self.report({"ERROR"}, str(error))
+                refused(self, error)
         keep: dict[str, Callable[[BakedImpostor, str], object]] = {
             "FILES": lambda one, name: write_impostor(Path(bpy.path.abspath(self.directory)) / name, one, job.scene, self.format),
             "PLANE": lambda one, name: _add(context, make_plane(one, metadata(one, job.scene, {}))),

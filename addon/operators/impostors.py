@@ -18,6 +18,7 @@ from ..studies.pending import Pending
 from ..studies.run import Outcome, submit
 from .background import JobOperator, view_read
 from .row import OperatorRow
+from .ticking import refused
 
 ACTIVE = ("ACTIVE", "Chosen in the List", "The impostor chosen in the list")
 SELECTED = ("SELECTED", "Selected Objects", "The selected objects that are impostors")
@@ -146,8 +147,7 @@ class CAD_SHADOW_OT_impostor_remove(NeedsMarks, bpy.types.Operator):
         try:
             chosen = chosen_marks(context, self.target)
         except SceneError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
         removed = [holder for holder in all_marked() if is_one_of(mark_of_id(holder), chosen)]
         for holder in removed:
             set_mark(holder, False)

@@ -11,6 +11,7 @@ from ..errors import UserError
 from ..studies.sun.moments import moment
 from .row import OperatorRow
 from .sun_object import find_or_make, put
+from .ticking import refused
 
 
 class CAD_SHADOW_OT_place_sun(bpy.types.Operator):
@@ -27,8 +28,7 @@ class CAD_SHADOW_OT_place_sun(bpy.types.Operator):
             clock, place = sky_of(props)
             now = moment(clock, place, props.hours)
         except UserError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
+            return refused(self, error)
         put(context, find_or_make(context), props, now, place)
         text = f"The sun stands at azimuth {degrees(now.azimuth_rad):.1f}°, elevation {degrees(now.elevation_rad):.1f}°"
         self.report({"INFO"} if now.is_up else {"WARNING"}, text if now.is_up else text + ": it is night")

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from contextlib import suppress
 
 import bpy
 
+from ..errors import UserError
+
+log = logging.getLogger(__name__)
 _running: list[Ticking] = []
 
 
@@ -29,6 +33,13 @@ def takes_operators(window: bpy.types.Window | None) -> bool:
         return all(operator.bl_idname for operator in window.modal_operators)
     except ValueError:  # such an empty place
         return False
+
+
+def refused(operator: bpy.types.Operator, error: UserError) -> set[str]:
+    """Tell the user why nothing came of it."""
+    log.info("%s: %s", operator.bl_idname, error)
+    operator.report({"ERROR"}, str(error))
+    return {"CANCELLED"}
 
 
 class Ticking:

@@ -24,7 +24,7 @@ from typing import TypeVar
 import moderngl
 
 from ...errors import GpuError
-from .machine import chosen
+from .machine import chosen, note_context
 
 T = TypeVar("T")
 THREAD_NAME = "cad-shadow-gl"
@@ -56,6 +56,7 @@ def create_context(backend: str = "auto") -> moderngl.Context:
             failures.append(f"{choice or 'native'}: {' '.join(str(error).split())}")
             continue
         context.gc_mode = "context_gc"
+        note_context(choice or "native", context.info)
         return context
     hint = _OTHER_HINT if not sys.platform.startswith("linux") else _X_HINT if choices == [None] else _LINUX_HINT
     raise GpuError(f"No OpenGL 3.3 context could be made ({'; '.join(failures)}): {hint}.")

@@ -47,6 +47,20 @@ def choose(machine: Machine) -> bool:
     return before != machine
 
 
+_described: dict[str, object] = {}
+
+
+def note_context(backend: str, info: dict[str, object]) -> None:
+    """Remember what the context of this process says of itself: `moderngl.Context.info`, and how it was made."""
+    names = ("GL_VENDOR", "GL_RENDERER", "GL_VERSION", "GL_MAX_TEXTURE_SIZE", "GL_MAX_ARRAY_TEXTURE_LAYERS", "GL_MAX_TEXTURE_BUFFER_SIZE")
+    _described.update(made_by=backend, **{name: info[name] for name in names if name in info})
+
+
+def described() -> dict[str, object]:
+    """What the last context of this process has said of itself; empty before there was one."""
+    return dict(_described)
+
+
 def check_picture(size: tuple[int, int], data: bool) -> None:
     """Raise `GpuError` when the camera's targets alone pass the memory limit. Bytes per pixel: G-buffer 20, picture 16, data 40."""
     _check(size[0] * size[1] * (36 + 40 * data), f"A picture of {size[0]}×{size[1]} pixels", "choose a smaller size")
