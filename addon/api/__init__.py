@@ -115,12 +115,16 @@ def preview(
     light_direction: Point | None = None,
     size: tuple[int, int] | None = None,
     passes: tuple[str, ...] = ALL_PASSES,
+    ortho: bool = False,
+    frame: int | None = None,
+    view_layer: str | None = None,
     **options: object,
 ) -> Preview:
     """Render a scene (default: the one in the window) exactly as F12 would, and keep the result in memory.
 
     The view is `camera` (a name), `view` ('iso', 'front', …) or `eye` with `target`, in world metres; else the scene's camera. The light
-    is `light` (a name) or `light_direction` (towards the light); else the scene's. `options` override the scene's settings.
+    is `light` (a name) or `light_direction` (towards the light); else the scene's. `ortho` makes `view` or `eye` a parallel projection,
+    `frame` is that of the animation, `view_layer` (a name) the only one rendered. `options` override the scene's settings.
     """
     scene = scene or bpy.context.scene
     wish = wish_for(
@@ -137,6 +141,9 @@ def preview(
         light=light,
         light_direction=light_direction,
         size=size,
+        ortho=ortho,
+        frame=frame,
+        view_layer=view_layer,
         **options,
     )
     outcome = render(scene, wish)

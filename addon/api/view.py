@@ -29,23 +29,29 @@ def wish_for(
     light: str | None = None,
     light_direction: Point | None = None,
     size: tuple[int, int] | None = None,
+    ortho: bool = False,
+    frame: int | None = None,
+    view_layer: str | None = None,
     **options: object,
 ) -> RenderWish:
     """What the engine is asked for; `options` of the method override the scene's settings. Raises `SettingsError`.
 
     `camera` (a name), `view` ('iso', 'front', …) or `eye` with `target`, in world metres; else the scene's camera. `fov_y_deg`, `near`,
     `far` change its lens. `light` (a name) or `light_direction` (towards the light); else the scene's. `size` (width, height) in pixels.
+    `ortho`: `view` or `eye` as a parallel projection. `frame` of the animation; `view_layer` (a name): the only one that is rendered.
     """
     settings = with_options(settings_from(scene.cad_shadow), options)
     half_fov = None if fov_y_deg is None else radians(fov_y_deg) / 2.0
     return RenderWish(
         bpy.data.filepath or "unsaved scene",
         passes,
-        camera_maker(camera, view, eye, target, up, half_fov),
+        camera_maker(camera, view, eye, target, up, half_fov, ortho),
         light_maker(light, light_direction),
         settings,
-        Lens(half_fov, near, far),
+        Lens(None if ortho else half_fov, near, far),
         size,
         idle(options, settings),
         is_drawing=view is not None,
+        frame=frame,
+        view_layer=view_layer,
     )

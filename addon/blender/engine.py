@@ -11,7 +11,7 @@ import logging
 import bpy
 import numpy as np
 
-from ..errors import UserError
+from ..errors import SceneError, UserError
 from ..pipeline.frame import Frame
 from ..pipeline.job import Job
 from ..pipeline.render_passes import ENGINE_PASSES, RENDER_PASSES
@@ -61,6 +61,8 @@ class CadShadowEngine(bpy.types.RenderEngine):
         """One frame, for F12, animations, `blender -b` and `rendering.render`."""
         wish = active_wish()
         try:
+            if depsgraph.scene.render.use_multiview and sum(view.use for view in depsgraph.scene.render.views) > 1:
+                raise SceneError("Stereo pictures are not made by this engine: switch Stereoscopy off in the output settings.")
             job = sources.job_for_render(depsgraph)
             if wish is not None and wish.reads_only:
                 wish.job = job

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ..errors import CadFileError
+from ..errors import CadFileError, SceneError
 from ..scene.cad_model import CadModel
 from ..scene.plain_text import shown_name
 from ..scene.reading import apart as reading
@@ -52,6 +52,18 @@ def open_blend(path: Path) -> bpy.types.Scene:
         raise CadFileError(f"{path.name} cannot be opened by Blender {bpy.app.version_string} ({reason}).") from error
     _note_files()
     return bpy.context.scene
+
+
+def activated(scene: bpy.types.Scene, name: str | None) -> bpy.types.Scene:
+    """The scene of that name (None: `scene`), now the active one. Raises `SceneError` naming those there are."""
+    if name is None or name == scene.name:
+        return scene
+    wanted = bpy.data.scenes.get(name)
+    if wanted is None:
+        raise SceneError(f"There is no scene '{name}': choose one of {', '.join(repr(one.name) for one in bpy.data.scenes)}.")
+    for window in bpy.context.window_manager.windows:
+        window.scene = wanted
+    return wanted
 
 
 def _note_files() -> None:

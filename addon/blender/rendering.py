@@ -22,6 +22,7 @@ from .render_wish import ENGINE, NO_CAMERA, RenderWish, active, isometric
 
 NOT_CALLED = "Blender did not call the engine: is the view layer switched off for rendering?"
 NO_FILES = "The compositor's File Output nodes write nothing here: {}. Only F12 and animations run them."
+NO_BORDER = "The render border is left out: commands and scripts make whole pictures."
 LONGEST_PATH = 1000
 """Bytes of a path that Blender takes whole (it cuts at 1024)."""
 
@@ -53,7 +54,9 @@ def _through_the_engine(scene: bpy.types.Scene, wish: RenderWish, write_to: Path
     nodes = file_output_nodes(scene)
     if nodes and scene.render.use_compositing:
         wish.warnings = (*wish.warnings, NO_FILES.format(", ".join(shown_name(node.name) for node in nodes)))
-    with _borrowed(scene, wish.size, write_to), active(wish):
+    if scene.render.use_border:
+        wish.warnings = (*wish.warnings, NO_BORDER)
+    with _borrowed(scene, wish.size, write_to), _moment(scene, wish), active(wish):
         try:
             with stopping.held():
                 bpy.ops.render.render(write_still=write_to is not None, scene=scene.name)
@@ -90,6 +93,7 @@ KEPT = (
     "filepath",
     "use_sequencer",
     "use_multiview",
+    "use_border",
     "use_file_extension",
     "use_overwrite",
     "use_placeholder",
@@ -106,7 +110,7 @@ def _borrowed(scene: bpy.types.Scene, size: tuple[int, int] | None, write_to: Pa
     render = scene.render
     stand_in = None
     with restored(render, KEPT), file_format(scene, write_to), _muted(file_output_nodes(scene)):
-        render.engine, render.use_sequencer, render.use_multiview = ENGINE, False, False
+        render.engine, render.use_sequencer, render.use_multiview, render.use_border = ENGINE, False, False, False
         if size is not None:
             render.resolution_x, render.resolution_y, render.resolution_percentage = *size, 100
         if scene.camera is None:
@@ -121,6 +125,28 @@ def _borrowed(scene: bpy.types.Scene, size: tuple[int, int] | None, write_to: Pa
             if stand_in is not None:
                 scene.camera = None
                 bpy.data.cameras.remove(stand_in.data)
+
+
+@contextmanager
+def _moment(scene: bpy.types.Scene, wish: RenderWish) -> Iterator[None]:
+    """The scene in the frame asked for, with the view layer asked for alone; both put back. Raises `SceneError` for an unknown layer."""
+    layers = list(scene.view_layers)
+    if wish.view_layer is not None and wish.view_layer not in scene.view_layers:
+        names = ", ".join(f"'{layer.name}'" for layer in layers)
+        raise SceneError(f"There is no view layer '{wish.view_layer}' in scene '{scene.name}': choose one of {names}.")
+    kept, used = scene.frame_current, [layer.use for layer in layers]
+    try:
+        if wish.frame is not None and wish.frame != kept:
+            scene.frame_set(wish.frame)
+        for layer in layers if wish.view_layer is not None else ():
+            layer.use = layer.name == wish.view_layer
+        yield
+    finally:
+        for layer, use in zip(layers, used, strict=True):
+            if layer.use != use:
+                layer.use = use
+        if scene.frame_current != kept:
+            scene.frame_set(kept)
 
 
 def file_output_nodes(scene: bpy.types.Scene) -> list[bpy.types.Node]:
@@ -180,6 +206,6 @@ def animated(scene: bpy.types.Scene, wish: RenderWish, first: int, last: int) ->
     try:
         for frame in range(first, last + 1):
             scene.frame_set(frame)
-            yield frame, read(scene, wish)
+            yield frame, read(scene, replace(wish, frame=None))
     finally:
         scene.frame_set(kept)

@@ -24,6 +24,10 @@ def view_mistake(args: argparse.Namespace) -> str | None:
     """What is wrong with the arguments about the view together, whatever is looked at; None when nothing is."""
     if args.near is not None and args.far is not None and args.near >= args.far:
         return f"--near {args.near:g} must be smaller than --far {args.far:g}"
+    if args.ortho and args.view is None and args.eye is None:
+        return "--ortho belongs to --view or --eye"
+    if args.ortho and args.fov_y is not None and args.eye is None:
+        return "--ortho has no --fov-y: leave one of them out"
     if args.target is not None and args.eye is None:
         return "--target belongs to --eye X,Y,Z"
     if args.eye is not None and args.eye == args.target:

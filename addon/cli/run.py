@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ..blender import presets
-from ..blender.inputs import open_deck, open_input
+from ..blender.inputs import activated, open_deck, open_input
 from ..blender.properties import settings_from
 from ..blender.render_wish import RenderWish
 from ..errors import UserError
@@ -59,6 +59,7 @@ def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted:
     stamp = _stamp(item, args)
     limits.choose(_limits(args))
     scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
+    scene = activated(scene, args.scene)
     stopping.check()
     if args.preset is not None:
         presets.apply(scene, args.preset)
@@ -101,8 +102,9 @@ def _stamped(
 def wish_for(name: str, args: argparse.Namespace, settings: Settings, warnings: tuple[str, ...]) -> RenderWish:
     """What the engine is asked for: view and light as the command line says, else as the scene says."""
     half_fov = None if args.fov_y is None else args.fov_y / 2.0
-    camera = camera_maker(args.camera, args.view, args.eye, args.target, args.up, half_fov)
+    camera = camera_maker(args.camera, args.view, args.eye, args.target, args.up, half_fov, args.ortho)
     light = light_maker(args.light, args.light_direction)
     complaints = (*warnings, *idle_options(settings, args))
-    lens, is_drawing = Lens(half_fov, args.near, args.far), args.view is not None
-    return RenderWish(name, (), camera, light, settings, lens, args.size, complaints, is_drawing)
+    lens, is_drawing = Lens(None if args.ortho else half_fov, args.near, args.far), args.view is not None
+    moment = {"frame": args.frame, "view_layer": args.view_layer}
+    return RenderWish(name, (), camera, light, settings, lens, args.size, complaints, is_drawing, **moment)

@@ -118,12 +118,18 @@ def add_view(parser: argparse.ArgumentParser, has_light_direction: bool = True) 
     group.add_argument(
         "--up", type=direction, metavar="X,Y,Z", default=(0.0, 0.0, 1.0), help="what is up in the picture (with --eye; default 0,0,1)"
     )
+    group.add_argument("--ortho", action="store_true", help="a parallel projection (with --view or --eye)")
     group.add_argument("--fov-y", type=degrees_between(0.0, 180.0), metavar="DEG", help="vertical field of view")
     group.add_argument("--near", type=finite, metavar="METRES", help="near distance of the view")
     group.add_argument("--far", type=finite, metavar="METRES", help="far distance of the view")
     group.add_argument(
         "--size", type=picture_size, metavar="WxH", help="picture size in pixels (default: the scene's, 1280x720 for CAD files)"
     )
+    group.add_argument(
+        "--frame", type=between(-(10**6), 10**6, is_whole=True), metavar="N", help="frame of the animation (default: the file's)"
+    )
+    group.add_argument("--scene", metavar="NAME", help="a scene of the .blend file (default: its active one)")
+    group.add_argument("--view-layer", metavar="NAME", help="only this view layer of the scene")
     light = parser.add_argument_group("light").add_mutually_exclusive_group()
     light.add_argument(
         "--light", metavar="NAME", help="a sun, spot or point light of the scene (default: the strongest sun, else one from the upper left)"

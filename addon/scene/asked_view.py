@@ -52,14 +52,21 @@ def sun_from(towards: Point) -> Light:
 
 
 def camera_maker(
-    name: str | None, view: str | None, eye: Point | None, target: Point | None, up: Point, half_fov_rad: float | None
+    name: str | None,
+    view: str | None,
+    eye: Point | None,
+    target: Point | None,
+    up: Point,
+    half_fov_rad: float | None,
+    is_orthographic: bool = False,
 ) -> CameraMaker | None:
     """How to make the camera asked for by name, as a standard view, or from an eye; None when nothing was asked for.
 
     Points are true world coordinates in metres; without a target the eye looks at the middle of everything.
     What is made raises `SceneError` or `SettingsError`.
     """
-    fov = {} if half_fov_rad is None else {"fov_y_rad": 2.0 * half_fov_rad}
+    require(not is_orthographic or view is not None or eye is not None, "Orthographic is a standard view or one from an eye: name one.")
+    fov = {"is_orthographic": is_orthographic} | ({} if half_fov_rad is None else {"fov_y_rad": 2.0 * half_fov_rad})
     if name is not None:
         return lambda scene, size: named_camera(scene, name)
     if view is not None:

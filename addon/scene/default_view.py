@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import SettingsError
 from ..maths.frusta import box_corners, box_distances
 from ..maths.nearest import distance_to_triangles
-from ..maths.spaces import look_at, perspective, transform
+from ..maths.spaces import look_at, orthographic, perspective, transform
 from ..maths.view import Camera, Light
 from .records import Scene
 
@@ -47,11 +47,14 @@ def _checked_perspective(fov_y_rad: float, aspect: float, near: float, far: floa
     return perspective(0.5 * fov_y_rad, aspect, near, far)
 
 
-def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_y_rad: float = DEFAULT_FOV_Y_RAD) -> Camera:
+def camera_for_view(
+    scene: Scene, size: tuple[int, int], name: str = "iso", fov_y_rad: float = DEFAULT_FOV_Y_RAD, is_orthographic: bool = False
+) -> Camera:
     """A camera of `VIEWS` that frames the scene in a picture of `size` (width, height), near and far tight around it.
 
     Claim: along the fixed direction the eye stands at the smallest distance from which, having been shifted sideways to centre them,
-    all `outline_points` lie within 1 − `BORDER` of the picture's half width and height.
+    all `outline_points` lie within 1 − `BORDER` of the picture's half width and height. An orthographic one has the smallest scale that
+    shows them so.
     """
     if name not in VIEWS:
         raise SettingsError(f"There is no view '{name}': choose one of {', '.join(VIEWS)}.")
@@ -62,6 +65,8 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     points = outline_points(scene)
     p = (points - centre) @ rotation.T
     aspect = size[0] / size[1]
+    if is_orthographic:
+        return _parallel(scene, name, rotation, centre, p, aspect)
     slopes = (1.0 - BORDER) * tan(fov_y_rad / 2) * np.array([aspect, 1.0])
     eye_x, eye_y, distance = _closest_eye(p, slopes)
     diagonal = max(float(np.linalg.norm(bounds_ws[1] - bounds_ws[0])), 1e-6)
@@ -71,6 +76,18 @@ def camera_for_view(scene: Scene, size: tuple[int, int], name: str = "iso", fov_
     view[:3, :3], view[:3, 3] = rotation, -rotation @ eye
     near, far = depth_range(view, scene, points)
     return Camera(view, _checked_perspective(fov_y_rad, aspect, near, far), near, far, name)
+
+
+def _parallel(scene: Scene, name: str, rotation: np.ndarray, centre: np.ndarray, points: np.ndarray, aspect: float) -> Camera:
+    """The orthographic view of (P, 3) points that are given in the view's axes from `centre`."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    half_width, half_height = np.maximum((high - low)[:2] / 2.0, 1e-9) / (1.0 - BORDER)
+    slack = max(SLACK * float(np.ptp(points, axis=0).max()), 1e-6)
+    view = np.eye(4)
+    view[:3, :3] = rotation
+    view[:3, 3] = -rotation @ centre - [*((low + high)[:2] / 2.0), high[2] + slack]
+    near, far = 0.5 * slack, float(high[2] - low[2]) + 2.0 * slack
+    return Camera(view, orthographic(max(half_height, half_width / aspect), aspect, near, far), near, far, name)
 
 
 def outline_points(scene: Scene) -> np.ndarray:
@@ -122,11 +139,23 @@ def nearest_surface_m(scene: Scene, point_ws: np.ndarray) -> float:
 
 
 def camera_from_eye(
-    scene: Scene, size: tuple[int, int], eye: Point, target: Point, up: Point = (0.0, 0.0, 1.0), fov_y_rad: float = DEFAULT_FOV_Y_RAD
+    scene: Scene,
+    size: tuple[int, int],
+    eye: Point,
+    target: Point,
+    up: Point = (0.0, 0.0, 1.0),
+    fov_y_rad: float = DEFAULT_FOV_Y_RAD,
+    is_orthographic: bool = False,
 ) -> Camera:
-    """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views."""
+    """A camera at `eye` that looks at `target`, both in world coordinates as the user knows them (absolute); near and far as for views.
+
+    An orthographic one shows of the plane through the target what the other would.
+    """
     view = look_at(np.array(eye) - scene.origin_ws, np.array(target) - scene.origin_ws, np.array(up))
     near, far = depth_range(view, scene)
+    if is_orthographic:
+        half_height = float(np.linalg.norm(np.subtract(target, eye))) * tan(fov_y_rad / 2)
+        return Camera(view, orthographic(half_height, size[0] / size[1], near, far), near, far, "eye")
     return Camera(view, _checked_perspective(fov_y_rad, size[0] / size[1], near, far), near, far, "eye")
 
 

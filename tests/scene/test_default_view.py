@@ -123,3 +123,15 @@ def test_the_default_sun_stands_to_the_upper_left_and_above_the_horizon(name):
 def test_the_sun_that_stands_in_the_world_is_that_of_the_isometric_view():
     camera = camera_for_view(scenes.scene_of(scenes.box((2, -3, 1), (9, 1, 2))), (64, 64), "iso")
     assert np.allclose(world_sun().direction_ws, default_sun(camera).direction_ws, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("size", [(64, 64), (120, 40), (40, 120)])
+def test_parallel_views_frame_the_scene_just_so(name, size):
+    scene = scenes.scene_of(scenes.box((2, -3, 1), (9, 1, 2)))
+    camera = camera_for_view(scene, size, name, is_orthographic=True)
+    assert camera.is_orthographic
+    clip = outline_points(scene) @ camera.clip_from_world[:3, :3].T + camera.clip_from_world[:3, 3]
+    assert np.abs(clip[:, :2]).max() == pytest.approx(1.0 - BORDER, abs=1e-9)
+    assert np.abs(clip[:, 2]).max() < 1.0
+    assert camera.clip_from_view[1, 1] / camera.clip_from_view[0, 0] == pytest.approx(size[0] / size[1])
