@@ -14,7 +14,7 @@ import numpy as np
 from addon.maths import spaces
 from addon.maths.view import Camera, Light
 from addon.scene.records import Instances, Mesh, Scene
-from addon.studies.truth.tracer import LEAST_FACING, Truth, directions_to_light, pixel_centres, pixel_rays
+from addon.studies.truth.tracer import LEAST_FACING, Truth, directions_to_light, pixel_centres, camera_rays
 
 GROUNDS = ("quad", "grid", "tiles")
 VIEWS = ("perspective", "low", "orthographic", "long")
@@ -63,7 +63,7 @@ class Heap:
 
     def truth(self, camera: Camera, light: Light, size: tuple[int, int]) -> Truth:
         """What every pixel centre sees, and whether the light reaches it."""
-        origins, directions, lengths = pixel_rays(camera, size, pixel_centres(size))
+        origins, directions, lengths = camera_rays(camera, size, pixel_centres(size))
         found, distance = self.nearest(origins, directions, lengths, np.full(len(origins), -1))
         seen = found >= 0
         points = np.where(seen[:, None], origins + directions * np.where(seen, distance, 0.0)[:, None], 0.0)

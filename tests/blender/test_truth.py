@@ -10,7 +10,7 @@ from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
 from addon.studies.truth import TruthTracer, compare
 from addon.studies.truth.footprint import smallest_singular_value, texel_extent_px
-from addon.studies.truth.tracer import LEAST_FACING, pixel_centres, pixel_rays
+from addon.studies.truth.tracer import LEAST_FACING, pixel_centres, camera_rays
 from tests import scenes
 
 pytest.importorskip("bpy", reason="the ray tracer shipped is Blender's")
@@ -58,7 +58,7 @@ def test_truth_is_what_a_brute_force_finds(name, elevation, backend):
     make, eye, target = CASES[name]
     tracer, camera, light = TruthTracer(make(), backend), scenes.look_at(eye, target), scenes.sun(elevation)
     truth = tracer.trace(camera, light, SIZE)
-    origins, directions, lengths = pixel_rays(camera, SIZE, pixel_centres(SIZE))
+    origins, directions, lengths = camera_rays(camera, SIZE, pixel_centres(SIZE))
     corners = tracer.triangles.corners
     distance, triangle = first_hits(corners, origins, directions)
     seen = (triangle >= 0) & (distance < lengths)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...maths.shadow.projection import ShadowPlan, ShadowProjection
 from ...maths.view import Camera
-from .tracer import Truth, pixel_rays
+from .tracer import Truth, camera_rays
 
 STEP_PX = 0.25
 SMALLEST_W = 1e-9
@@ -30,7 +30,7 @@ def texel_coordinates(projection: ShadowProjection, points_ws: np.ndarray, map_s
 
 def _on_tangent_planes(camera: Camera, surface: Truth, pixels: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     """Where the rays through K `pixels` meet the planes of K surface points; grazing rays as if 0.1° steep."""
-    origins, directions, _ = pixel_rays(camera, size, pixels)
+    origins, directions, _ = camera_rays(camera, size, pixels)
     height = np.einsum("ij,ij->i", surface.point_ws - origins, surface.normal_ws)
     slope = np.minimum(np.einsum("ij,ij->i", directions, surface.normal_ws), -1.7e-3)
     return origins + directions * (height / slope)[:, None]

@@ -60,7 +60,7 @@ def pixel_centres(size: tuple[int, int]) -> np.ndarray:
     return np.stack([x.ravel(), y.ravel()], axis=-1)
 
 
-def pixel_rays(camera: Camera, size: tuple[int, int], pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def camera_rays(camera: Camera, size: tuple[int, int], pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rays from the near to the far plane through K pixel coordinates: origins (K, 3), unit directions (K, 3), lengths (K,); float64."""
     ndc = np.stack([2.0 * pixels[:, 0] / size[0] - 1.0, 1.0 - 2.0 * pixels[:, 1] / size[1]], axis=-1)
     world_from_clip = np.linalg.inv(camera.clip_from_world)
@@ -98,7 +98,7 @@ class TruthTracer:
 
     def sample(self, camera: Camera, light: Light, size: tuple[int, int], pixels: np.ndarray) -> Truth:
         """The truth at K pixel coordinates (K, 2) of that picture, not necessarily centres."""
-        origins, directions, lengths = pixel_rays(camera, size, pixels)
+        origins, directions, lengths = camera_rays(camera, size, pixels)
         triangle, distance = self._seen(origins, directions, lengths)
         seen = triangle >= 0
         point, normal = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3))
