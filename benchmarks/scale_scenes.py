@@ -14,7 +14,7 @@ import numpy as np
 from addon.maths import spaces
 from addon.maths.view import Camera, Light
 from addon.scene.records import Instances, Mesh, Scene
-from addon.studies.truth.tracer import LEAST_FACING, Truth, directions_to_light, pixel_centres, camera_rays
+from addon.studies.truth.tracer import LEAST_FACING, Truth, camera_rays, directions_to_light, pixel_centres
 
 GROUNDS = ("quad", "grid", "tiles")
 VIEWS = ("perspective", "low", "orthographic", "long")

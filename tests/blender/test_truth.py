@@ -10,7 +10,7 @@ from addon.maths.view import Camera, Light
 from addon.pipeline.frame import Frame
 from addon.studies.truth import TruthTracer, compare
 from addon.studies.truth.footprint import smallest_singular_value, texel_extent_px
-from addon.studies.truth.tracer import LEAST_FACING, pixel_centres, camera_rays
+from addon.studies.truth.tracer import LEAST_FACING, camera_rays, pixel_centres
 from tests import scenes
 
 pytest.importorskip("bpy", reason="the ray tracer shipped is Blender's")
