@@ -205,7 +205,7 @@ def child(*arguments: str, checkout: Path = ROOT) -> dict:
         f"import sys; sys.path.insert(0, {str(ROOT)!r}); from benchmarks.files import main; sys.path.insert(0, {str(checkout)!r});"
         "main(sys.argv[1:])"
     )
-    done = subprocess.run([sys.executable, "-P", "-c", code, *arguments], capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, "-P", "-c", code, *arguments], capture_output=True, text=True, errors="replace", check=False)
     line = done.stdout.rstrip().rpartition("\n")[2]
     if not line.startswith("{"):
         raise RuntimeError(done.stderr[-2000:])

@@ -434,3 +434,9 @@ def test_3mf_parts_of_any_names_places_and_colours_are_read_back_equal(tmp_path_
         ends = sorted((x, x + 10 * scale))
         assert np.allclose([p.min(axis=0), p.max(axis=0)], [[ends[0], 0, 0], [ends[1], 10, 10]], atol=1e-4)
         assert np.allclose(colors(model, i)[0, 0, :3], np.eye(3)[color])
+
+
+def test_a_model_too_far_away_for_blender_says_how_far_and_how_coarse(obj):
+    near, far = (obj("".join(f"v {x + at} {y} 0\n" for x, y in ((0, 0), (1, 0), (0, 1))) + "f 1 2 3\n") for at in (10_000, 5_400_000))
+    assert not told(near)
+    assert any("5,400,000 m from the origin" in line and "steps of 0.5 m" in line for line in told(far))

@@ -1,7 +1,6 @@
 """CAD files to `CadModel`: parts, shared meshes, colours, units. No bpy; the one place where CAD files are opened.
 
-Readers: trimesh's loaders for glTF and STL; cascadio for STEP; our own for OBJ, OFF and PLY (each says why) and 3MF (trimesh's needs lxml
-and networkx).
+The readers are our own, each says why; STEP is made triangles of by cascadio (OpenCASCADE).
 Everything is parsed before this returns, so a caller that fails here has not touched the user's scene.
 """
 

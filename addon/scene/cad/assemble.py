@@ -17,6 +17,7 @@ from .colors import color_slots
 from .raw import RawFile, RawPiece
 from .units import metres_per_unit, z_up_from
 
+COARSE_PLACE_M = 1e-3
 GREY = np.array([0.8, 0.8, 0.8, 1.0])
 
 
@@ -43,7 +44,22 @@ def assemble(raw: RawFile, file: Path, kind: CadFormat, units: str | None, up: s
     if not any(p.mesh >= 0 for p in parts):
         raise CadFileError(f"{file.name} places all its parts at NaN or infinity: export it again.")
     used = tuple(m for m in meshes.values() if m is not None)
-    return CadModel(_text(file.stem), used, parts, tuple(builder.materials), unit, scale, axis, tuple(map(shown, warnings)))
+    model = CadModel(_text(file.stem), used, parts, tuple(builder.materials), unit, scale, axis)
+    warnings += _far(model, file.name)
+    return replace(model, warnings=tuple(map(shown, warnings)))
+
+
+def _far(model: CadModel, name: str) -> list[str]:
+    """A line where parts stand so far away that Blender, which places objects by float32, moves them by more than a millimetre."""
+    places = model.world_from_part()[[i for i, part in enumerate(model.parts) if part.mesh >= 0], :3, 3]
+    distance = float(np.abs(places).max())
+    step = float(np.spacing(np.float32(min(distance, 1e30))))
+    if step < COARSE_PLACE_M:
+        return []
+    return [
+        f"{name} lies {distance:,.0f} m from the origin, where Blender places objects in steps of {step:.2g} m only: "
+        "parts may stand that much beside their place. Move the model to the origin before export."
+    ]
 
 
 def _matrices(raw: RawFile, scale: float, turn: np.ndarray) -> np.ndarray:

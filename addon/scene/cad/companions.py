@@ -43,7 +43,7 @@ def _is_inside(parts: tuple[str, ...]) -> bool:
 
 
 class Buffers:
-    """What trimesh asks for the files of a glTF document: its buffers are read; its images, which nobody needs, are noted as inputs."""
+    """The files of a glTF document: its buffers are read; its images, which Blender reads, are noted as inputs."""
 
     def __init__(self, document: Path, header: dict) -> None:
         self._document = document
