@@ -1,13 +1,24 @@
 """The tables of kinds: a module is a row, and a row says what the rest of the program needs."""
 
+import re
 import sys
+from math import inf
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from addon.images import passes as data_pictures
+from addon.maths.partitioning import row as partitioning_row
 from addon.maths.tables import rows_of
+from addon.maths.warping import formulas
+from addon.maths.warping import row as warping_row
 from addon.pipeline.gl.programs import SHADER_DIR, source
+from addon.pipeline.passes import gbuffer
+from addon.pipeline.render_passes import row as pass_row
 from addon.settings.options import OPTIONS
 from addon.settings.shadowing import SHADOW_TESTS
+from addon.settings.shadowing import row as test_row
 
 
 def package(folder, name, monkeypatch, **modules):
@@ -48,3 +59,23 @@ def test_a_shader_includes_the_file_that_a_define_names():
     text = source("common_filter.glsl", defines)
     assert "uniform float u_epsilon, u_epsilon_far;" in text
     assert "#include" not in text and "#define SHADOW_TEST" not in text and "#define IDS 0" in text
+
+
+def example(kind, *modules):
+    """The row that docs/architecture.md shows as an example, with the names of these modules at hand."""
+    text = (Path(__file__).resolve().parents[2] / "docs" / "architecture.md").read_text(encoding="utf-8")
+    code = re.search(rf"## To add {kind}\n.*?```python\n(.*?)```", text, re.DOTALL)[1]
+    names = {"np": np} | {name: value for module in modules for name, value in vars(module).items() if not name.startswith("__")}
+    exec(code, names)
+    return names["ROW"]
+
+
+def test_the_examples_of_the_documentation_are_rows():
+    warp = example("a warp", formulas, warping_row)
+    parameters = [warp.parameter(warping_row.WarpedView(1.0, 100.0, 0.4, g, 1.0, 100.0, "sine")) for g in np.geomspace(1e-9, 1.57, 50)]
+    assert min(parameters) > 0.0 and parameters[0] > 1e6 and max(parameters) <= inf
+    scheme = example("a partition scheme", partitioning_row)
+    splits = scheme.splits(partitioning_row.DividedView(1.0, 100.0, 4, 0.5, 0.5, None, None))
+    assert (np.diff(splits) > 0.0).all() and np.allclose(splits[[0, -1]], (1.0, 100.0))
+    assert isinstance(example("a shadow test", test_row), test_row.ShadowTest)
+    assert isinstance(example("a pass", pass_row, data_pictures, gbuffer), pass_row.RenderPass)
