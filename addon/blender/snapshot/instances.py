@@ -173,8 +173,8 @@ class InstanceLoop:
         if self.use_object_color:
             paints = (Paint(tuple(ob.color)),)
         else:
-            worn = [self.override] if self.override else [slot.material for slot in ob.material_slots]
-            paints = tuple(self._worn(material, ob, random_id) for material in worn) or base
+            materials = [self.override] if self.override else [slot.material for slot in ob.material_slots]
+            paints = tuple(self._paint_on(material, ob, random_id) for material in materials) or base
         if paints == base:
             return kind
         if (kind, paints) not in self._variants:
@@ -182,7 +182,7 @@ class InstanceLoop:
             self.rows.kinds.append(Kind(self.rows.kinds[kind].number, paints))
         return self._variants[kind, paints]
 
-    def _worn(self, material: bpy.types.Material | None, ob: bpy.types.Object, random_id: int) -> Paint:
+    def _paint_on(self, material: bpy.types.Material | None, ob: bpy.types.Object, random_id: int) -> Paint:
         """The paint of a material on this very object."""
         followed = self._followed(material)
         if followed.asks:
