@@ -96,8 +96,8 @@ def view_depths(camera: Camera, bounds_ws: np.ndarray) -> tuple[np.ndarray, np.n
 
 def _between(camera: Camera, near: float, far: float) -> DepthProjection:
     """Near down to a float32, and far behind it."""
-    single = np.float32(near)
-    single = float(single if single <= near else np.nextafter(single, np.float32(-np.inf)))
+    nearest = np.float32(near)
+    single = float(nearest if nearest <= near else np.nextafter(nearest, np.float32(-np.inf)))
     return DepthProjection(single, max(far, single + max(SLACK * abs(single), 1e-30)), camera.is_orthographic)
 
 

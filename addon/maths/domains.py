@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from functools import cache
 from math import inf
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -15,6 +15,12 @@ from ..errors import SettingsError
 
 DOMAIN = "domain"
 """The key of a field's metadata."""
+
+
+class DataclassInstance(Protocol):
+    """Any record of fields."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,18 +65,18 @@ def one_of(default: object, words: str, values: tuple) -> Any:
     return field(default=default, metadata={DOMAIN: OneOf(words, values)})
 
 
-def same_as(kind: type, name: str, **other: object) -> Any:
+def same_as(kind: type[DataclassInstance], name: str, **other: object) -> Any:
     """A dataclass field as `name` of another dataclass: its domain and, unless given, its default."""
     one = kind.__dataclass_fields__[name]
     return field(default=other.get("default", one.default), metadata=one.metadata)
 
 
-def domain_of(kind: type, name: str) -> Interval | OneOf | None:
+def domain_of(kind: type[DataclassInstance], name: str) -> Interval | OneOf | None:
     """What field `name` of a dataclass may hold; None where its type says all."""
     return kind.__dataclass_fields__[name].metadata.get(DOMAIN)
 
 
-def shared_values(source: object, kind: type) -> dict[str, object]:
+def shared_values(source: DataclassInstance, kind: type[DataclassInstance]) -> dict[str, object]:
     """What `source`, a dataclass, holds in the fields that the dataclass `kind` has too."""
     return {one.name: getattr(source, one.name) for one in fields(source) if one.name in kind.__dataclass_fields__}
 
@@ -87,7 +93,7 @@ def require_choice(name: str, value: str, allowed: tuple[str, ...]) -> None:
     require(complaint is None, complaint or "")
 
 
-def require_fields(choice: object) -> None:
+def require_fields(choice: DataclassInstance) -> None:
     """Raise `SettingsError` unless each field of a dataclass holds what its annotation and its domain say; None passes where it may be."""
     _require_types(choice)
     for one in fields(choice):
@@ -106,7 +112,7 @@ _KINDS: dict[str, tuple[str, Callable[[object], bool]]] = {
 }
 
 
-def _require_types(choice: object) -> None:
+def _require_types(choice: DataclassInstance) -> None:
     """Text, switches, numbers and tuples of them are what they are annotated as: a settings file may put anything there."""
     for name, is_optional, kind, count in _annotated(type(choice)):
         value = getattr(choice, name)
@@ -121,11 +127,11 @@ def _require_types(choice: object) -> None:
 
 
 @cache
-def _annotated(kind: type) -> tuple[tuple[str, bool, str, object], ...]:
+def _annotated(kind: type[DataclassInstance]) -> tuple[tuple[str, bool, str, object], ...]:
     """(name, may be None, type, how many of a tuple) of the fields of plain types: '...' any number, None no tuple."""
     found = []
     for one in fields(kind):
-        text = one.type.removesuffix(" | None")
+        text = str(one.type).removesuffix(" | None")
         inside = text.removeprefix("tuple[").removesuffix("]").split(", ")
         count = None if text == inside[0] else ... if inside[-1] == "..." else len(inside)
         found.append((one.name, text != one.type, inside[0], count))

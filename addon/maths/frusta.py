@@ -41,7 +41,8 @@ class Body:
     def _clipped_once(self, plane: list[float]) -> Body:
         """One plane; vertices within 1e-10 of the scale of it count as on it, so flat bodies survive."""
         eps = 1e-10 * self.scale
-        faces, rim = [], []
+        faces: list[tuple] = []
+        rim: list[tuple[float, float, float]] = []
         for face in self.faces:
             kept = _clip_polygon(face, plane, eps, rim)
             if len(kept) >= 3:

@@ -9,8 +9,11 @@ from collections.abc import Sequence
 from math import tan
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .domains import require
+
+Rows = Sequence[np.ndarray] | np.ndarray  # vectors (3, …) by component
 
 
 def transform(target_from_source: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -31,17 +34,17 @@ def divide(points_h: np.ndarray) -> np.ndarray:
     return points_h[..., :3] / points_h[..., 3:]
 
 
-def cross(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def cross(a: Rows, b: Rows) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The components (…) of the cross products of vectors (3, …)."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def length(a: Sequence[np.ndarray]) -> np.ndarray:
+def length(a: Rows) -> np.ndarray:
     """(…) of vectors (3, …)."""
     return np.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-def angle_between(a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> np.ndarray:
+def angle_between(a: Rows, b: Rows) -> np.ndarray:
     """(…) 0…π between vectors (3, …), exact for small angles too."""
     return np.arctan2(length(cross(a, b)), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
@@ -53,20 +56,22 @@ def translation(offset: np.ndarray) -> np.ndarray:
     return out
 
 
-def rotation(axis: np.ndarray, angle_rad: float, point: np.ndarray = (0.0, 0.0, 0.0)) -> np.ndarray:
+def rotation(axis: ArrayLike, angle_rad: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> np.ndarray:
     """(4, 4) rotation about the line through `point` (3,) along `axis` (3,), anticlockwise seen against it: Rodrigues' formula.
 
     Domain: `axis` not zero; its length does not matter.
     """
-    x, y, z = np.asarray(axis, np.float64) / np.linalg.norm(axis)
+    along = np.asarray(axis, np.float64)
+    x, y, z = along / np.linalg.norm(along)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     out = np.eye(4)
     out[:3, :3] += np.sin(angle_rad) * cross + (1.0 - np.cos(angle_rad)) * (cross @ cross)
-    out[:3, 3] = np.asarray(point, np.float64) - out[:3, :3] @ point
+    fixed = np.asarray(point, np.float64)
+    out[:3, 3] = fixed - out[:3, :3] @ fixed
     return out
 
 
-def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray = (0.0, 0.0, 1.0)) -> np.ndarray:
+def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: ArrayLike = (0.0, 0.0, 1.0)) -> np.ndarray:
     """`view_from_world` of a camera at `eye_ws` that looks at `target_ws`.
 
     Where `up_ws` lies along the line of sight, world Y (or X) stands in for it, so that the result is always rigid.
@@ -76,7 +81,7 @@ def look_at(eye_ws: np.ndarray, target_ws: np.ndarray, up_ws: np.ndarray = (0.0,
     length = float(np.linalg.norm(forward))
     require(0.0 < length < np.inf, "The camera's eye and target are the same point: move one of them.")
     forward /= length
-    for up in (up_ws, (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)):
+    for up in np.array([np.asarray(up_ws, np.float64), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)]):
         right = np.cross(forward, up)
         if np.linalg.norm(right) > 1e-6 * np.linalg.norm(up):
             break

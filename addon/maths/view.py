@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from math import atan, inf
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .choices import require
 from .spaces import rotation
@@ -75,13 +76,13 @@ class Camera:
         world_from_view = self.world_from_view
         return (world_from_view[:3, 3] - view_depth * world_from_view[:3, 2]).astype(np.float32).astype(np.float64)
 
-    def moved_by(self, offset: np.ndarray) -> Camera:
+    def moved_by(self, offset: ArrayLike) -> Camera:
         """The same camera in a world whose origin lies at `offset` (3,)."""
         view = self.view_from_world.copy()
         view[:3, 3] += view[:3, :3] @ np.asarray(offset, np.float64)
         return replace(self, view_from_world=view)
 
-    def carried(self, point_ws: np.ndarray, angle_rad: float, axis_ws: np.ndarray = (0.0, 0.0, 1.0)) -> Camera:
+    def carried(self, point_ws: np.ndarray, angle_rad: float, axis_ws: ArrayLike = (0.0, 0.0, 1.0)) -> Camera:
         """The camera carried rigidly round the axis through a point, the vertical one unless told: anticlockwise seen against it."""
         return replace(self, view_from_world=self.view_from_world @ rotation(axis_ws, -angle_rad, point_ws))
 
@@ -120,7 +121,7 @@ class Light:
         if self.kind == "spot":
             require(0.0 < self.cone_rad < 1.55, "The spot's half opening angle must lie between 0° and 88°.")
 
-    def moved_by(self, offset: np.ndarray) -> Light:
+    def moved_by(self, offset: ArrayLike) -> Light:
         """The same light in a world whose origin lies at `offset` (3,)."""
         return self if self.position_ws is None else replace(self, position_ws=self.position_ws - np.asarray(offset, np.float64))
 

@@ -34,12 +34,12 @@ class CadMaterial:
     """
 
     name: str
-    base_color: tuple[float, float, float, float]
+    base_color: tuple[float, ...]
     metallic: float = 0.0
     roughness: float = 0.6
     image: CadImage | None = None
     has_vertex_colors: bool = False
-    emission: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    emission: tuple[float, ...] = (0.0, 0.0, 0.0)
     transmission: float = 0.0
 
 
@@ -81,7 +81,7 @@ class CadLight:
 
     name: str
     kind: str
-    color: tuple[float, float, float]
+    color: tuple[float, ...]
     energy: float
     cone: float = 0.0
     blend: float = 0.0

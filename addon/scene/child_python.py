@@ -8,13 +8,14 @@ import sys
 from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 PEER = "addon"  # what the package is called in such a process
 EXTENSION = Path(__file__).resolve().parents[2]
 
 
 def started(
-    module: str, arguments: Iterable[str], libraries: Iterable[str], scratch: str | None = None, **streams: object
+    module: str, arguments: Iterable[str], libraries: Iterable[str], scratch: str | None = None, **streams: Any
 ) -> subprocess.Popen[bytes]:
     """Start `python -m addon.<module>`; `libraries` are what it imports beside Python's own, found here: Blender keeps its wheels where
     only it looks. Its temporary files go to the folder `scratch`. `streams` as for `Popen`. Raises `OSError` when it cannot be started."""

@@ -57,17 +57,17 @@ def prepare_all(raws: Sequence[RawMesh], keys: Sequence[Hashable], crease_angle_
     angle, or the one given, decides. A mesh that lies farther than `FAR` times its size from its own origin is moved there (`offset_os`),
     so that float32 on the GPU keeps all that the file had. `keys[i]` names the content; the piece of slot s gets the key `(keys[i], s)`.
     """
-    out: list[Prepared | None] = [None] * len(raws)
+    out: dict[int, Prepared] = {}
     ways: dict[float | None, list[int]] = {}
     for i, raw in enumerate(raws):
-        crease = crease_angle_rad if raw.crease_rad is None else raw.crease_rad
-        ways.setdefault(None if _has_normals(raw) else crease, []).append(i)
+        own = crease_angle_rad if raw.crease_rad is None else raw.crease_rad
+        ways.setdefault(None if _has_normals(raw) else own, []).append(i)
     for crease, chosen in ways.items():
         for chunk in _chunks(chosen, raws):
             joined = _Joined([raws[i] for i in chunk])
             for i, prepared in zip(chunk, joined.prepare([keys[i] for i in chunk], crease or 0.0), strict=True):
                 out[i] = prepared
-    return out
+    return [out[i] for i in range(len(raws))]
 
 
 def _has_normals(raw: RawMesh) -> bool:

@@ -8,13 +8,14 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
 from .looks import NO_SHADOW, PLAIN_LOOKS, UNLIT
 
 
-def frozen(array: np.ndarray, dtype: object) -> np.ndarray:
+def frozen(array: np.ndarray, dtype: DTypeLike) -> np.ndarray:
     """A C-contiguous array of that dtype that nobody can write to."""
     out = np.ascontiguousarray(array, dtype=dtype)
     if out is array and array.flags.writeable:
@@ -62,8 +63,8 @@ class Instances:
     object_id: np.ndarray
     material_slot: np.ndarray
     base_color: np.ndarray
-    look: np.ndarray | None = None
-    flags: np.ndarray | None = None
+    look: np.ndarray = None  # type: ignore[assignment]  # none given: zeros
+    flags: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         count = len(self.mesh_index)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
@@ -92,7 +92,7 @@ def _is_sliced(values: Any) -> bool:
     return scheme.divides_depth and not scheme.has_faces
 
 
-_APPLIES = {
+_APPLIES: dict[str, Callable[[Any], bool]] = {
     "eta": lambda v: WARP_METHODS[v.warp].is_warped,
     "warp_parameter": lambda v: WARP_METHODS[v.warp].is_warped,
     "pseudo_near": lambda v: WARP_METHODS[v.warp].is_warped or _is_of_scheme("pseudo_near", v),

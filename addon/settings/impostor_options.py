@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from .option import Option, choice
+from typing import Any
+
+from .option import Kind, Option, choice
 from .words import IMPOSTOR_CASTER_WORDS, IMPOSTOR_PROJECTION_WORDS, IMPOSTOR_USE_WORDS, IMPOSTOR_WARP_WORDS, PREDICTOR_WORDS
 
 GROUP = "impostor"
 
 
-def _one(name: str, field: str, kind: str, label: str, text: str, **rest: object) -> Option:
+def _one(name: str, field: str, kind: Kind, label: str, text: str, **rest: Any) -> Option:
     return Option(name, ((GROUP, field),), kind, label, text, **rest)
 
 
@@ -175,11 +177,11 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
 )
 
 
-def _is_used(values: object) -> bool:
+def _is_used(values: Any) -> bool:
     return values.impostor_use != "off"
 
 
-def _is_automatic(values: object) -> bool:
+def _is_automatic(values: Any) -> bool:
     return values.impostor_use == "automatic"
 
 

@@ -34,10 +34,11 @@ class Option:
     @property
     def width(self) -> int:
         """How many numbers a colour has."""
-        return len(self.start if self.is_optional else self.default)
+        colour = self.start if self.is_optional else self.default
+        return len(colour) if isinstance(colour, tuple) else 0
 
     @property
-    def default(self) -> object:
+    def default(self) -> Any:
         """The dataclass's default (None when the value is optional and not given)."""
         group, field = self.targets[0]
         return getattr(getattr(Settings(), group), field)
@@ -69,7 +70,9 @@ class Option:
 
 def choice(name: str, group: str, field: str, label: str, text: str, words: tuple[tuple[str, str], ...]) -> Option:
     """An option with the fixed choices of its setting, `words` (label, explanation) in their order."""
-    items = tuple((str(i), word, meaning) for i, (word, meaning) in zip(_domain_of(group, field).values, words, strict=True))
+    domain = _domain_of(group, field)
+    assert isinstance(domain, OneOf), f"{group}.{field} has no fixed choices"
+    items = tuple((str(i), word, meaning) for i, (word, meaning) in zip(domain.values, words, strict=True))
     return Option(name, ((group, field),), "choice", label, text, items=items)
 
 

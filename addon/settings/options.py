@@ -6,6 +6,8 @@ Defaults, ranges, choices and checks stay in the frozen dataclasses of `maths.ch
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..errors import SettingsError
 from ..maths.partitioning import PARTITION_SCHEMES
 from ..maths.warping import WARP_METHODS
@@ -279,7 +281,7 @@ def typed(option: Option, value: object) -> object:
         raise SettingsError(f"'{value}' is not a value for '{option.name}' ({option.kind}).") from error
 
 
-def _choice(option: Option, value: object) -> object:
+def _choice(option: Option, value: Any) -> object:
     return type(option.default)(value)
 
 
@@ -289,13 +291,13 @@ def _switch(option: Option, value: object) -> bool:
     return value
 
 
-def _count(option: Option, value: object) -> int:
+def _count(option: Option, value: Any) -> int:
     if isinstance(value, bool) or int(value) != value:
         raise TypeError(value)
     return int(value)
 
 
-def _number(option: Option, value: object) -> float:
+def _number(option: Option, value: Any) -> float:
     if isinstance(value, bool):
         raise TypeError(value)
     return float(value)
@@ -305,7 +307,7 @@ def _numbers(option: Option, value: object) -> tuple[float, ...]:
     return tuple(float(v) for v in (value if isinstance(value, list | tuple) else (value,)))
 
 
-def _color(option: Option, value: object) -> tuple[float, ...] | None:
+def _color(option: Option, value: Any) -> tuple[float, ...] | None:
     if option.is_optional and value == FROM_SCENE:
         return None
     if len(value) != option.width:

@@ -39,5 +39,5 @@ def migrated(content: Mapping[str, object]) -> dict[str, object]:
 def _brighten(table: dict[str, object]) -> None:
     name = next((one for one in table if one.replace("-", "_") == "light_strength"), None)
     strength = table.get(name) if name else None
-    if isinstance(strength, int | float) and not isinstance(strength, bool) and 0.0 <= strength <= BRIGHTEST:
+    if name is not None and isinstance(strength, int | float) and not isinstance(strength, bool) and 0.0 <= strength <= BRIGHTEST:
         table |= {name: light_since_1(strength)["light_strength"], "own_sun": table.get("own_sun", light_since_1(strength)["own_sun"])}

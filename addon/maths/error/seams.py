@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+
+import numpy as np
 
 from ..choices import PartitionChoice, WarpChoice
 from .aliasing import beam_error_z, error_x
-from .warped_map import partition_maps
+from .warped_map import WarpedMap, partition_maps
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +38,7 @@ def seams(near: float, far: float, half_fov_rad: float, gamma_rad: float, warp: 
     """
     maps = partition_maps(near, far, half_fov_rad, gamma_rad, warp, partition)
 
-    def pair(error: object, before: object, behind: object) -> tuple[float, float]:
+    def pair(error: Callable[[WarpedMap, float], float | np.ndarray], before: WarpedMap, behind: WarpedMap) -> tuple[float, float]:
         return float(error(before, before.far)), float(error(behind, behind.near))
 
     return tuple(Seam(a.far, pair(error_x, a, b), pair(beam_error_z, a, b)) for a, b in zip(maps[:-1], maps[1:], strict=True))

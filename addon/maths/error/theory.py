@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, degrees, inf, pi, radians, sin
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def map_maxima(m: WarpedMap, faces: bool) -> tuple[float, float]:
     return max_error_x(m), max_error_z(m) if m.gamma_rad > 0.0 else max_beam_error_z(m)
 
 
-def map_row(index: int, m: WarpedMap, faces: bool, resolution: Resolution) -> dict[str, object]:
+def map_row(index: int, m: WarpedMap, faces: bool, resolution: Resolution) -> dict[str, Any]:
     """One entry of the report's `partitions`. The critical resolution is that of an image of `image_size` (else of one pixel).
 
     `warp_parameter` is n' along z_ls, with faces along the face (n'/cos φ); None = ∞.
@@ -80,13 +81,13 @@ def map_row(index: int, m: WarpedMap, faces: bool, resolution: Resolution) -> di
     }
 
 
-def unknown_row(index: int, near: float, far: float) -> dict[str, object]:
+def unknown_row(index: int, near: float, far: float) -> dict[str, Any]:
     """The entry of an orthographic camera: uniform, and m depends on the width of the view, which the theory does not know."""
     unknown = dict.fromkeys(("m_x_max", "m_z_max", "storage_factor", "critical_resolution"))
     return {"index": index, "near": near, "far": far, "warp_parameter": None, "eta": -1.0, **unknown}
 
 
-def error_curve(maps: tuple[WarpedMap, ...], faces: bool, count: int, resolution: Resolution) -> dict[str, list[float | None]]:
+def error_curve(maps: tuple[WarpedMap, ...], faces: bool, count: int, resolution: Resolution) -> dict[str, list[Any]]:
     """z, m_x(z), m_z(z) at `count` depths from near to far, in equal ratios; a border belongs to the partition behind it."""
     require(count >= 2, "A curve needs at least 2 points.")
     z = np.geomspace(maps[0].near, maps[-1].far, count)
@@ -101,9 +102,7 @@ def error_curve(maps: tuple[WarpedMap, ...], faces: bool, count: int, resolution
     return {"z": z.tolist(), "m_x": m_x.tolist(), "m_z": [value if value < inf else None for value in m_z.tolist()]}
 
 
-def as_seen(
-    maps: tuple[WarpedMap, ...], gamma_rad: float, curve: dict[str, list[float | None]] | None, resolution: Resolution
-) -> dict[str, object]:
+def as_seen(maps: tuple[WarpedMap, ...], gamma_rad: float, curve: dict[str, list[Any]] | None, resolution: Resolution) -> dict[str, Any]:
     """m_z by T4's own definition (15), (19), (37) · sin γ: what an image shows (docs/findings.md). Maximum, in all and per map, and the
     curve at the depths of `curve` (None without one)."""
     rz = resolution.terms[1]
@@ -122,7 +121,7 @@ def theory(
     map_size: int | None = None,
     image_size: tuple[int, int] | None = None,
     curve: int | None = None,
-) -> dict[str, object]:
+) -> dict[str, Any]:
     """The contract's `theory --json` object: γ, γ_lim, every partition, the totals, and with `curve` that many points of m_x(z), m_z(z).
 
     M_x and M_z take the resolution terms when `map_size` and `image_size` are both given; S = M_x M_z without them (T4 (30)), its total the
@@ -134,7 +133,7 @@ def theory(
     require(0.0 <= half_fov_rad < pi / 2.0, "The field of view must lie between 0 and 180 degrees.")
     splits = split_distances(partition, near, far, gamma_rad, half_fov_rad == 0.0)
     resolution = Resolution(map_size, image_size)
-    result: dict[str, object] = {"gamma_deg": degrees(gamma_rad), "gamma_lim_deg": degrees(gamma_lim_rad(near, far, half_fov_rad))}
+    result: dict[str, Any] = {"gamma_deg": degrees(gamma_rad), "gamma_lim_deg": degrees(gamma_lim_rad(near, far, half_fov_rad))}
     if half_fov_rad == 0.0:
         rows = [unknown_row(i, float(splits[i]), float(splits[i + 1])) for i in range(len(splits) - 1)]
         unknown = dict.fromkeys(("m_x_max", "m_z_max", "storage_factor"))
@@ -155,7 +154,7 @@ def theory(
 # --- the same in words ------------------------------------------------------------------------------------------------------------
 
 
-def text_report(result: dict[str, object], half_fov_rad: float, warp: WarpChoice, partition: PartitionChoice) -> str:
+def text_report(result: dict[str, Any], half_fov_rad: float, warp: WarpChoice, partition: PartitionChoice) -> str:
     """`theory`'s object as a table, with the other quantities of the texts that apply: bounds, warps to compare, seams.
 
     `half_fov_rad`, `warp` and `partition` are those the object was made with.
@@ -184,7 +183,7 @@ def _number(value: float | None) -> str:
     return "–" if value is None else "∞" if value == inf else f"{value:.5g}"
 
 
-def _partition_table(rows: list[dict[str, object]], gamma_rad: float, half_fov_rad: float, faces: bool) -> list[str]:
+def _partition_table(rows: list[dict[str, Any]], gamma_rad: float, half_fov_rad: float, faces: bool) -> list[str]:
     """One line per partition, and the meaning of the columns."""
     lines = [f"{'':>2} {'near':>11} {'far':>11} {'n′':>11} {'η (32)':>9} {'ω (5.30)':>9} {'M_x':>10} {'M_z':>10} {'S':>10}  critical s × t"]
     for row in rows:

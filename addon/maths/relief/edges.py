@@ -105,11 +105,10 @@ def relief_edges(
     axes = [_AxisSteps.along(frame, depth, last, mask, axis, choice.edge_texels) for axis in (0, 1)]
     steps, outline = (np.concatenate([axis.pairs(*at(axis)) for axis in axes]) for at in (lambda a: a.edges, lambda a: a.outline))
     own_back = np.concatenate([axis.outline_before(back) for axis in axes])
-    edges = [_at_rest(steps)]
-    edges.append(behind_the_outline(frame, depth, back, last, mask, outline))
+    found = [_at_rest(steps), behind_the_outline(frame, depth, back, last, mask, outline)]
     if back_m is not None:
-        edges.append(_ends_of_the_hidden(frame, depth, back, mask, steps))
-    edges = np.concatenate(edges)
+        found.append(_ends_of_the_hidden(frame, depth, back, mask, steps))
+    edges = np.concatenate(found)
     written, corrected = (_largest(axes, choice.regions, with_outline=chosen) for chosen in (False, True))
     return ReliefEdges(
         frame,

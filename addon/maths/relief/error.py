@@ -108,9 +108,9 @@ def _joined(rows: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(rows), np.repeat(np.arange(len(rows)), [len(r) for r in rows])
 
 
-def _last(arrays: Sequence[np.ndarray]) -> np.ndarray:
+def _last(arrays: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
     """T equal arrays stacked along a new last axis, contiguous."""
-    return np.ascontiguousarray(np.moveaxis(np.stack(arrays), 0, -1))
+    return np.ascontiguousarray(np.moveaxis(np.stack(list(arrays)), 0, -1))
 
 
 def predict(textures: ReliefSet, camera: Camera, size: tuple[int, int], exact: bool = True) -> dict[str, np.ndarray]:

@@ -224,6 +224,7 @@ def _wish(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -
 def _wish_of_captured(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings, can_capture: bool) -> _Wish:
     """The wish of an impostor with a valid warp: RI's two critical moments and the approach."""
     betas, error = sight.betas, sight.predicted / settings.effective_limit
+    assert betas is not None, "there are angles where there is a texture"
     as_sprite = settings.sprite_px if state.stage in ("sprite", "regenerated") else settings.sprite_px * settings.hysteresis
     is_sprite = betas.total <= as_sprite * betas.screen
     stage = "sprite" if is_sprite else "warp"

@@ -108,7 +108,7 @@ def crop(
     t, log_step = _t_edges(warp, t, grow, floor)
     w_ends = warp.w_at(t[0]), warp.w_at(t[1])
     x_ends = [space.apex_x + edge * w for edge in s for w in (w_ends if warp.log is not False else (1.0, 1.0))]
-    z_ends = tuple(warp.start + edge * w for edge, w in zip(t, w_ends, strict=True))
+    z_ends = warp.start + t[0] * w_ends[0], warp.start + t[1] * w_ends[1]
     y = receivers.rows[1]
     bottom, lit = float(y.min()), float(y.max())
     span = max(max(x_ends) - min(x_ends), z_ends[1] - z_ends[0])
@@ -201,7 +201,7 @@ def _t_edges(warp: Warp, t: tuple[float, float], grow: float, floor: float) -> t
     ends = warp.w_at(t[0]), warp.w_at(t[1])
     bend, base, slope = bent(warp.bend, *ends)
     unit = LogWarp(1.0 / warp.kappa, ends[1] / warp.kappa, copysign(1.0, base), 0.0, warp.log, bend, base, slope)
-    lo, hi = _widened(tuple(float(unit.t_at(w)) for w in ends), grow, log2(1.0 + warp.kappa * floor))
+    lo, hi = _widened((float(unit.t_at(ends[0])), float(unit.t_at(ends[1]))), grow, log2(1.0 + warp.kappa * floor))
     first, last = float(unit.w_at(lo)), float(unit.w_at(hi))
     if slope and not 0.0 < last < 2.0 * ends[1]:
         last = 2.0 * ends[1]

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from math import expm1, inf, log1p, pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -129,7 +130,7 @@ def _maps(view: FitView, space: LightSpace, splits: np.ndarray, face: int, along
     rows, depths = _light_rows(view, space)
     casters = casters_in(space, view.boxes)
     slices = _slices(view, space, splits, rows, depths) if along else across_view(splits, view.camera.direction_ws)
-    heights = None if rows is None else slices.heights(depths, rows[2])
+    heights = depths if rows is None else slices.heights(depths, rows[2])
     for i in range(slices.count):
         near, far = slices.depths(i)
         cuts = slices.region(i)
@@ -170,11 +171,12 @@ def _lamp_maps(view: FitView, space: LightSpace, splits: np.ndarray, face: int, 
 
 
 def _lamp_contents(
-    view: FitView, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray | None, slices: Slices, i: int, cuts: np.ndarray
+    view: FitView, space: LightSpace, rows: np.ndarray | None, depths: np.ndarray, slices: Slices, i: int, cuts: np.ndarray
 ) -> tuple[Receivers | None, tuple[float, float]]:
     """What of slab i lies inside the planes `cuts` through a finite light (P, 4): its receivers in light space or None, their depths."""
     if rows is None:
-        points = sections(view.body.clipped(slices.planes(i)).clipped(space.planes).clipped(cuts), view.camera.direction_ws)
+        body = _cut(view.body.clipped(slices.planes(i)), space).clipped(cuts)
+        points = sections(body, view.camera.direction_ws)
         own = points @ view.camera.direction_ws
         kept = space.points(points).T if len(points) else np.empty((3, 0))
     else:
@@ -216,7 +218,7 @@ def _halves(clip_from_world: np.ndarray, receivers: Receivers | None, space: Lig
     return [-plane[None], plane[None]]
 
 
-def _slices(view: FitView, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray | None) -> Slices:
+def _slices(view: FitView, space: LightSpace, splits: np.ndarray, rows: np.ndarray | None, depths: np.ndarray) -> Slices:
     """The partitions of a sun's space along its rays."""
     contents = view.body if rows is None else (depths, rows[2])
     near, far, phi = float(splits[0]), float(splits[-1]), view.camera.half_fov_rad
@@ -237,10 +239,10 @@ def _region(space: LightSpace, camera: Camera, cuts: np.ndarray) -> np.ndarray:
     return planes
 
 
-def _light_rows(view: FitView, space: LightSpace) -> tuple[np.ndarray | None, np.ndarray | None]:
+def _light_rows(view: FitView, space: LightSpace) -> tuple[np.ndarray | None, np.ndarray]:
     """Samples as rows x, y, z of light space (3, P) float32, and their view depths; for a finite light only those in its pyramid."""
     if view.samples is None:
-        return None, None
+        return None, view.depths
     axes = space.from_eye.astype(np.float32)
     if space.planes is None:
         return linear(axes[:3, :3], view.samples), view.depths
@@ -258,8 +260,8 @@ def _contents(
     view: FitView,
     space: LightSpace,
     rows: np.ndarray | None,
-    depths: np.ndarray | None,
-    heights: np.ndarray | None,
+    depths: np.ndarray,
+    heights: np.ndarray,
     slices: Slices,
     i: int,
     half: np.ndarray,
@@ -297,7 +299,7 @@ def _one_map(
     fitted: tuple[float, float],
     cuts: np.ndarray,
     strength: float | None = None,
-) -> dict[str, object]:
+) -> dict[str, Any]:
     """The fields of one projection: warp from the slab of the view frustum at the receivers' own depths (a finite light brings its
     `strength`), crop to the receivers."""
     (near, far), method = fitted, view.warp.method
@@ -372,4 +374,4 @@ def _light_depths(space: LightSpace, camera: Camera, y: tuple[float, float], cen
         offset = float(space.travel_ws @ camera.eye_ws)
         return offset - y[0], offset - y[1]
     slant = sqrt(1.0 + centre[0] ** 2 + centre[1] ** 2)
-    return tuple(slant / v if v > 0.0 else inf for v in y)
+    return slant / y[0] if y[0] > 0.0 else inf, slant / y[1] if y[1] > 0.0 else inf

@@ -26,7 +26,7 @@ class FitView:
     warp: WarpChoice
     fit: FitChoice
     samples: np.ndarray | None
-    depths: np.ndarray | None
+    depths: np.ndarray
     body: Body
     boxes: np.ndarray
     pixel: float
@@ -66,7 +66,7 @@ def view_to_fit(
     body = hexahedron(frustum_corners(camera, camera.near, camera.far))
     if fit.kind == "scene":
         body = body.clipped(box_planes(np.asarray(scene_bounds, np.float64) - eye))
-    samples = depths = None
+    samples, depths = None, np.empty(0, np.float32)
     if fit.kind == "samples":
         points = np.asarray(receivers).reshape(-1, 3)
         samples = np.empty((3, len(points)), np.float32)

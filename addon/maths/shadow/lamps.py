@@ -151,6 +151,7 @@ def _picked(receivers: Receivers) -> Places:
 def _places(receivers: Receivers, chosen: np.ndarray | slice, edge: int = 0) -> Places:
     """The chosen receivers; half a pixel there is larger where the light falls aslant on the picture plane: by 1/√cos φ_l in the mean."""
     x, _, z = receivers.rows[:, chosen]
+    assert receivers.radius is not None, "what a lamp lights has the size of its pixels"
     return Places(x, z, receivers.radius[chosen] * np.sqrt(np.sqrt(1.0 + x * x + z * z)), edge)
 
 
@@ -215,6 +216,7 @@ def sections(body: Body, view: np.ndarray) -> np.ndarray:
 
 def pyramid_corners(space: LightSpace, near: float, far: float) -> np.ndarray:
     """(8, 3) corners, relative to the eye, of the pyramid a finite light serves between two distances: for maps that nothing asks."""
+    assert space.planes is not None, "a finite light serves a pyramid"
     side = space.planes[:4, :3]
     across = side[0] - side[1], side[2] - side[3]
     u, v = (space.slope * e / np.linalg.norm(e) for e in across)

@@ -31,11 +31,11 @@ class LogWarp:
     base: float = 1.0
     slope: float = 0.0
 
-    def t_at(self, w: np.ndarray) -> np.ndarray:
+    def t_at(self, w: np.ndarray | float) -> np.ndarray:
         """t of w > 0; beyond the zero of the divisor, where no map reaches, it is kept large and finite."""
         return self.scale * np.log2(w / np.maximum(self.base + self.slope * w, LEAST_DIVISOR)) + self.offset
 
-    def w_at(self, t: np.ndarray) -> np.ndarray:
+    def w_at(self, t: np.ndarray | float) -> np.ndarray:
         """w of t, the inverse of `t_at`."""
         ratio = np.exp2((t - self.offset) / self.scale)
         return self.base * ratio / (1.0 - self.slope * ratio)

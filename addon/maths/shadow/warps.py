@@ -50,9 +50,10 @@ def warp_parameter(
 
 def _direct_parameter(choice: WarpChoice, view: WarpedView) -> float:
     """n' given by hand, as n' or as η, faded only below `DIRECT_FADE_RAD`."""
-    parameter = choice.parameter
     if choice.eta is not None:
         parameter = parameter_from_eta(choice.eta, view.near, view.far, view.depth, view.balanced)
+    else:
+        parameter = inf if choice.parameter is None else choice.parameter
     limit = min(gamma_lim_rad(view.near, view.far, view.half_fov_rad), DIRECT_FADE_RAD)
     if view.gamma_rad >= limit or parameter == inf:
         return parameter

@@ -161,7 +161,7 @@ class _Builder:
 
 def _face_slots(piece: RawPiece, clean: CleanPiece, material: CadMaterial | None) -> tuple[np.ndarray, np.ndarray] | None:
     """The few colours of a piece whose triangles are of one colour each, and that of each kept triangle; None of any other piece."""
-    if material is not None and material.image is not None:
+    if piece.corner_colors is None or (material is not None and material.image is not None):
         return None
     return color_slots(piece.corner_colors[clean.kept])
 

@@ -69,7 +69,7 @@ class _Ring:
         if self._turn(i) <= 0.0:
             return False
         own = (self.previous[i], i, self.next[i])
-        triangle = tuple(self.points[k] for k in own)
+        triangle = self.points[own[0]], self.points[own[1]], self.points[own[2]]
         return not any(k not in own and self._blocks[k] and self._enters(k, *triangle) for k in self._grid.near(triangle))
 
     def _enters(self, k: int, a: Point, b: Point, c: Point) -> bool:
@@ -118,7 +118,7 @@ class _Grid:
             self._cells.setdefault(self._cell(points[i]), []).append(i)
 
     def _cell(self, point: Point | tuple[float, float]) -> tuple[int, int]:
-        return tuple(int((value - low) * self._per_cell) for value, low in zip(point, self._low, strict=True))
+        return int((point[0] - self._low[0]) * self._per_cell), int((point[1] - self._low[1]) * self._per_cell)
 
     def near(self, triangle: tuple[Point, Point, Point]) -> Iterator[int]:
         """All corners in cells that the triangle's bounding box touches, and no cell twice."""

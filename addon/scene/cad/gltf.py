@@ -50,7 +50,7 @@ def read_glb_bytes(data: bytes, path: Path) -> RawFile:
 
 
 def _refuse_unknown(document: Document) -> None:
-    required = [name for name in document.entries("extensionsRequired") if isinstance(name, str)]
+    required = [str(name) for name in document.header.get("extensionsRequired", ())]
     unknown = [name for name in required if name not in KNOWN and not name.startswith(ABOUT_LOOKS)]
     if unknown:
         names = shown_name(", ".join(unknown))

@@ -9,6 +9,7 @@ import base64
 import json
 import struct
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote_to_bytes
 
 import numpy as np
@@ -131,7 +132,7 @@ class Document:
         return out
 
 
-def picked(array: list, index: object, what: str) -> object:
+def picked(array: list, index: object, what: str) -> Any:
     """One entry of an array; raises `ValueError` where it is not there."""
     if not isinstance(index, int) or not 0 <= index < len(array):
         raise ValueError(f"{what} {str(index)[:20]} is used and is not there")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import cos, pi
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
@@ -50,7 +51,7 @@ def _material(document: Document, material: dict, number: int, losses: Losses) -
     return CadMaterial(name, rgba, metallic, roughness, image, False, emission, transmission), texture if image is not None else None
 
 
-def _unit(value: object) -> float:
+def _unit(value: Any) -> float:
     return min(max(float(value), 0.0), 1.0)
 
 

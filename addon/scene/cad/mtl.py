@@ -24,7 +24,7 @@ def text_of(name: bytes) -> str:
         return name.decode("cp1252", "replace")
 
 
-def read_mtl(path: Path, losses: Losses) -> dict[bytes, CadMaterial]:
+def read_mtl(path: Path, losses: Losses) -> dict[object, CadMaterial]:
     """Materials by name. `Kd` is taken as linear, as Blender takes it, and white below a picture; `d` (or 1 − `Tr`) is the opacity, `Pm`
     and `Pr` metalness and roughness, `Ke` the glow. Pictures are noted as inputs; those that are missing, and textures of other kinds, as
     lost. Raises `OSError` when the file cannot be read; a number that cannot be leaves the default."""

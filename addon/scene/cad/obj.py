@@ -32,12 +32,14 @@ def read_obj(path: Path) -> RawFile:
     tables = _Tables(lines, path, raw)
     for faces in lines.faces.values():
         if faces.part not in raw.meshes:
-            name = path.stem if lines.parts[faces.part] is None else text_of(lines.parts[faces.part])
+            own = lines.parts[faces.part]
+            name = path.stem if own is None else text_of(own)
             raw.meshes[faces.part] = (name, [])
             raw.nodes.append(RawNode(name, mesh=faces.part))
         raw.meshes[faces.part][1].append(tables.piece(faces, raw.materials))
     for kind, part in lines.lost:
-        losses.add(kind, path.stem if lines.parts[part] is None else text_of(lines.parts[part]))
+        own = lines.parts[part]
+        losses.add(kind, path.stem if own is None else text_of(own))
     raw.warnings += losses.lines(path.name)
     return raw
 

@@ -55,7 +55,8 @@ class _Sorter:
 
     def __init__(self, by_object: bool) -> None:
         self.lines, self._by_object = ObjLines(), by_object
-        self._part, self._material, self._counts = 0, None, [0, 0, 0]
+        self._part, self._counts = 0, [0, 0, 0]
+        self._material: bytes | None = None
         self._groups: dict[bytes, int] = {}
 
     def take_v(self, run: bytes) -> None:
@@ -80,7 +81,7 @@ class _Sorter:
         if faces is None:
             faces = self.lines.faces[key] = Faces(*key)
         faces.chunks.append(run)
-        faces.before.append(tuple(self._counts))
+        faces.before.append((self._counts[0], self._counts[1], self._counts[2]))
 
     def take_other(self, run: bytes) -> None:
         """A line of any other kind."""

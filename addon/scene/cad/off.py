@@ -19,7 +19,10 @@ from .text_numbers import numbers, table, words_per_line
 def read_off(path: Path) -> RawFile:
     """A text `.off` file (also COFF, NOFF and the like): positions, and the colours of vertices or faces."""
     text = re.sub(rb"#[^\n]*", b"", path.read_bytes().removeprefix(b"\xef\xbb\xbf").replace(b"\r", b"\n"))
-    kind, body = re.match(rb"\s*([A-Z0-9]*OFF)\b(.*)", text, re.DOTALL).groups()
+    head = re.match(rb"\s*([A-Z0-9]*OFF)\b(.*)", text, re.DOTALL)
+    if head is None:
+        raise ValueError("it does not begin with OFF")
+    kind, body = head.groups()
     if re.match(rb"\s*BINARY\b", body):
         raise ValueError("it is a binary OFF, which is not read: export it as text")
     lines = [line for line in body.split(b"\n") if line.strip()]

@@ -43,7 +43,7 @@ def _table(columns: Columns, names: str | tuple[str, ...]) -> np.ndarray:
 
 def _piece(elements: dict[str, Columns], vertices: Columns, positions: np.ndarray) -> RawPiece:
     faces = elements.get("face", {})
-    polygons = faces.get("vertex_indices", faces.get("vertex_index", Lists(np.zeros(0, np.int64), np.zeros(0, np.int64))))
+    polygons = _lists(faces) or Lists(np.zeros(0, np.int64), np.zeros(0, np.int64))
     corners = _resolved(polygons.values, len(positions))
     points = np.where((corners >= 0)[:, None], positions[np.maximum(corners, 0)] if len(positions) else np.nan, np.nan)
     triangles, polygon = triangulate(points, polygons.sizes)
@@ -57,6 +57,14 @@ def _piece(elements: dict[str, Columns], vertices: Columns, positions: np.ndarra
     return RawPiece(positions, triangles, normals, None, colors)
 
 
+def _lists(columns: Columns) -> Lists | None:
+    """The corners of faces or strips; None where there are none."""
+    lists = columns.get("vertex_indices", columns.get("vertex_index"))
+    if lists is None or isinstance(lists, Lists):
+        return lists
+    raise ValueError("its faces are no lists of vertices")
+
+
 def _resolved(index: np.ndarray, count: int) -> np.ndarray:
     """int64 indices; −1 for what names no vertex."""
     named = np.asarray(index, dtype=np.float64)
@@ -66,7 +74,7 @@ def _resolved(index: np.ndarray, count: int) -> np.ndarray:
 
 def _strips(columns: Columns, count: int) -> np.ndarray:
     """(T, 3) the triangles of all strips, every other one turned; a negative index begins another strip."""
-    lists = columns.get("vertex_indices", columns.get("vertex_index"))
+    lists = _lists(columns)
     if lists is None:
         return np.empty((0, 3), np.int64)
     index, place = _resolved(lists.values, count), np.arange(len(lists.values))
@@ -86,7 +94,7 @@ def _colors(columns: Columns) -> np.ndarray | None:
     for names in COLORS:
         own = [name for name in names if name in columns and not isinstance(columns[name], Lists)]
         if own[:3] == list(names[:3]):
-            return rgba(np.stack([columns[name] for name in own], axis=1), is_srgb=True)
+            return rgba(_table(columns, tuple(own)), is_srgb=True)
     return None
 
 

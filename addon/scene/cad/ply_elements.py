@@ -116,7 +116,8 @@ def _columns(element: Element, body: memoryview, at: int, order: str) -> tuple[C
         nothing = np.zeros(0, np.int64)
         return {p.name: Lists(nothing, nothing) if p.count_kind else nothing for p in element.properties}, at
     sizes = [size for _, size, _ in _lists(element, body, at, order)]
-    fields, names = [], iter(sizes)
+    fields: list[tuple] = []
+    names = iter(sizes)
     for i, p in enumerate(element.properties):
         if p.count_kind is not None:
             fields.append((f"n{i}", order + p.count_kind))
@@ -159,7 +160,8 @@ def _uneven_columns(element: Element, body: memoryview, at: int, order: str) -> 
     end = int(starts[-1, -1])
     if end > len(body):
         raise ValueError(f"the file ends within its {element.name}")
-    raw, columns = np.frombuffer(body, np.uint8), {}
+    raw = np.frombuffer(body, np.uint8)
+    columns: Columns = {}
     for i, p in enumerate(element.properties):
         size = np.dtype(p.kind).itemsize
         if p.count_kind is None:

@@ -128,7 +128,7 @@ def _is_close(place: np.ndarray, rough: np.ndarray) -> bool:
     return bool(np.abs(place[:3, :3] - rough[:3, :3]).max() < 1e-5 and np.abs(place[:3, 3] - rough[:3, 3]).max() < step)
 
 
-def _put_back(raw: RawFile, structure: Structure, offsets: dict[int, np.ndarray]) -> None:
+def _put_back(raw: RawFile, structure: Structure, offsets: dict[int | None, np.ndarray]) -> None:
     """The meshes of products that were moved to their origin, in float64 where they belong."""
     for name, pieces in raw.meshes.values() if offsets else ():
         offset = offsets.get(product_of(name))

@@ -34,7 +34,7 @@ def without_context_styles(statements: Statements, structure: Structure) -> list
     return [(*statements.spans(number)[1], b"()") for number in structure.styled_in_context]
 
 
-def far_products(statements: Statements, structure: Structure) -> tuple[dict[int, np.ndarray], float, list[Edit]]:
+def far_products(statements: Statements, structure: Structure) -> tuple[dict[int | None, np.ndarray], float, list[Edit]]:
     """Of products that lie far from their own origin how far (3,), metres; the extent of the largest product; the edits that move them.
 
     Only points that belong to one product's geometry alone are moved, all or none.
@@ -101,7 +101,7 @@ def _real(value: float) -> str:
 def lost_faces(raw: RawFile, statements: Statements, structure: Structure, losses: Losses) -> None:
     """Note the faces of products of which OpenCASCADE made no triangles: it writes a primitive for each face that has some."""
     faces = sum(len(statements.of_type[kind]) for kind in FACES)
-    made: dict[int, int] = {}
+    made: dict[int | None, int] = {}
     for name, pieces in raw.meshes.values():
         if name.startswith("p~") and name[2:].isdigit():
             made[int(name[2:])] = max(made.get(int(name[2:]), 0), len(pieces))

@@ -53,52 +53,53 @@ class Structure:
                 yield number, self._s.arguments(number)
 
     @cached_property
-    def products(self) -> dict[int, str]:
+    def products(self) -> dict[int | None, str]:
         """The name of each product, else its identifier."""
         return {n: text_of(a[1]) or text_of(a[0]) or f"Product {n}" for n, a in self._all(b"PRODUCT") if len(a) > 1}
 
     @cached_property
-    def _product_of_formation(self) -> dict[int, int]:
+    def _product_of_formation(self) -> dict[int | None, int | None]:
         return {n: found for n, a in self._all(*FORMATIONS) if len(a) > 2 and (found := _first(a[2])) in self.products}
 
     @cached_property
-    def _product_of_definition(self) -> dict[int, int]:
+    def _product_of_definition(self) -> dict[int | None, int | None]:
         of = self._product_of_formation
         return {n: of[found] for n, a in self._all(*DEFINITIONS) if len(a) > 2 and (found := _first(a[2])) in of}
 
     @cached_property
-    def occurrences(self) -> dict[int, tuple[str, int | None, int | None]]:
+    def occurrences(self) -> dict[int | None, tuple[str, int | None, int | None]]:
         """Of each occurrence its own name ('' where it has none worth showing), the product that holds it, and the product that occurs."""
-        of, found = self._product_of_definition, {}
+        of = self._product_of_definition
+        found: dict[int | None, tuple[str, int | None, int | None]] = {}
         for number, a in self._all(OCCURRENCE):
             if len(a) > 4:
                 name = text_of(a[1])
                 found[number] = ("" if NAMELESS.fullmatch(name) else name, of.get(_first(a[3])), of.get(_first(a[4])))
         return found
 
-    def title(self, occurrence: int) -> str:
+    def title(self, occurrence: int | None) -> str:
         """The occurrence's name, else its product's."""
         name, _, product = self.occurrences[occurrence]
         return name or self.products.get(product, f"Part {occurrence}")
 
     @cached_property
-    def _defined(self) -> dict[int, int]:
+    def _defined(self) -> dict[int | None, int]:
         """What each PRODUCT_DEFINITION_SHAPE is the shape of: an occurrence or a definition."""
         return {n: found for n, a in self._all(b"PRODUCT_DEFINITION_SHAPE") if len(a) > 2 and (found := _first(a[2])) is not None}
 
     @cached_property
-    def representations(self) -> dict[int, list[int]]:
+    def representations(self) -> dict[int | None, list[int]]:
         """The shape representations of each product, with those equated to them."""
-        equal: dict[int, list[int]] = {}
+        equal: dict[int | None, list[int]] = {}
         for _, a in self._all(b"SHAPE_REPRESENTATION_RELATIONSHIP"):
             one, other = (_first(a[2]), _first(a[3])) if len(a) > 3 else (None, None)
             if one is not None and other is not None:
                 equal.setdefault(one, []).append(other)
                 equal.setdefault(other, []).append(one)
-        found: dict[int, list[int]] = {}
+        found: dict[int | None, list[int]] = {}
         for _, a in self._all(b"SHAPE_DEFINITION_REPRESENTATION"):
             product = self._product_of_definition.get(self._defined.get(_first(a[0]))) if len(a) > 1 else None
-            left = [] if product is None else [_first(a[1])]
+            left: list[int | None] = [] if product is None else [_first(a[1])]
             own = found.setdefault(product, []) if product is not None else []
             while left:
                 one = left.pop()
@@ -114,9 +115,11 @@ class Structure:
         return [item for item in listed if self._s.kind(item) != b"AXIS2_PLACEMENT_3D"]
 
     @cached_property
-    def _occurrence_of_context(self) -> dict[int, int]:
+    def _occurrence_of_context(self) -> dict[int | None, int | None]:
         """The occurrence that a context of styles stands for."""
-        pairs = [(n, _first(a[1])) for n, a in self._all(b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") if len(a) > 1]
+        pairs: list[tuple[int | None, int | None]] = [
+            (n, _first(a[1])) for n, a in self._all(b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION") if len(a) > 1
+        ]
         pairs += [(_first(a[1]), _first(a[0])) for _, a in self._all(b"SHAPE_DEFINITION_REPRESENTATION") if len(a) > 1]
         found = ((context, self._defined.get(shape)) for context, shape in pairs)
         return {context: one for context, one in found if one in self.occurrences}
@@ -135,9 +138,9 @@ class Structure:
                 yield number, occurrence, _first(a[2]) or -1, roots
 
     @cached_property
-    def occurrence_colors(self) -> dict[int, tuple[float, float, float, float]]:
+    def occurrence_colors(self) -> dict[int | None, tuple[float, ...]]:
         """The linear RGBA of each occurrence that has a colour of its own."""
-        found = {}
+        found: dict[int | None, tuple[float, ...]] = {}
         for _, occurrence, item, roots in self._styles():
             if occurrence is not None and self._s.kind(item) not in FACES and (color := self._color(roots)) is not None:
                 found[occurrence] = color
@@ -148,7 +151,7 @@ class Structure:
         """The styled items that hold in one occurrence only."""
         return sorted({number for number, occurrence, _, _ in self._styles() if occurrence is not None})
 
-    def _color(self, roots: list[int]) -> tuple[float, float, float, float] | None:
+    def _color(self, roots: list[int]) -> tuple[float, ...] | None:
         reached, color, alpha = sorted(self._s.reached(roots, frozenset({b"CURVE_STYLE"}))), None, 1.0
         for number in reached:
             kind, a = self._s.kind(number), self._s.arguments(number)
@@ -163,12 +166,13 @@ class Structure:
         return (*(float(c) for c in linear_from_srgb(np.clip(np.array(color, float), 0.0, 1.0))), min(max(alpha, 0.0), 1.0))
 
     @cached_property
-    def hidden(self) -> tuple[set[int], set[int], dict[int, set[int]]]:
+    def hidden(self) -> tuple[set[int | None], set[int | None], dict[int, set[int]]]:
         """The products that are hidden as a whole, the occurrences, and by representation the hidden geometry of other products."""
         named = {item for _, a in self._all(INVISIBLE) if a for item in references(a[0])}
         layers = {n: references(a[2]) for n, a in self._all(b"PRESENTATION_LAYER_ASSIGNMENT") if len(a) > 2}
         named |= {item for layer in named & layers.keys() for item in layers[layer]}
-        items, occurrences = set(named), set()
+        items = set(named)
+        occurrences: set[int | None] = set()
         for number, occurrence, item, _ in self._styles():
             if number in named:
                 items.add(item) if occurrence is None else occurrences.add(occurrence)
@@ -184,15 +188,15 @@ class Structure:
         return whole, occurrences, partly
 
     @cached_property
-    def documents(self) -> dict[int, str]:
+    def documents(self) -> dict[int | None, str]:
         """The file that holds each product which is described elsewhere."""
-        files = {n: text_of(a[0]) for n, a in self._all(b"DOCUMENT_FILE") if a}
+        files: dict[int | None, str] = {n: text_of(a[0]) for n, a in self._all(b"DOCUMENT_FILE") if a}
         for _, a in self._all(b"APPLIED_EXTERNAL_IDENTIFICATION_ASSIGNMENT"):
             for n in references(a[3]) if len(a) > 3 else ():
                 files[n] = files.get(n) or text_of(a[0])
         equivalent = {_first(a[2]): _first(a[3]) for _, a in self._all(b"DOCUMENT_PRODUCT_EQUIVALENCE") if len(a) > 3}
         held = {_first(a[2]): references(a[4]) for _, a in self._all(DEFINITIONS[1]) if len(a) > 4}
-        found = {}
+        found: dict[int | None, str] = {}
         for _, a in self._all(b"APPLIED_DOCUMENT_REFERENCE"):
             if len(a) > 2:
                 document = _first(a[0])
@@ -225,12 +229,12 @@ class Structure:
         measure = self._s.body(int(converted[1])) if converted else b""
         value = re.search(rb"(?:MEASURE)\s*\(\s*([-+0-9.Ee]+)\s*\)\s*,\s*#(\d+)", measure)
         base = self._length(int(value[2]), depth + 1) if value else None
-        return None if base is None else float(value[1]) * base
+        return None if value is None or base is None else float(value[1]) * base
 
     @cached_property
-    def places(self) -> dict[int, np.ndarray]:
+    def places(self) -> dict[int | None, np.ndarray]:
         """(4, 4) where each occurrence stands in the product that holds it, metres."""
-        found = {}
+        found: dict[int | None, np.ndarray] = {}
         for _, a in self._all(b"CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"):
             occurrence = self._defined.get(_first(a[1])) if len(a) > 1 else None
             if occurrence in self.occurrences:
@@ -239,16 +243,16 @@ class Structure:
                     found[occurrence] = place
         return found
 
-    def _place(self, relation: int, occurrence: int) -> np.ndarray | None:
+    def _place(self, relation: int, occurrence: int | None) -> np.ndarray | None:
         text = self._s.body(relation)
         ends = re.search(rb"REPRESENTATION_RELATIONSHIP\s*\(\s*(?:'[^']*'|\$)\s*,\s*(?:'[^']*'|\$)\s*,\s*#(\d+)\s*,\s*#(\d+)", text)
         transformation = re.search(rb"WITH_TRANSFORMATION\s*\(\s*#(\d+)", text)
         if not ends or not transformation:
             return None
         a = self._s.arguments(int(transformation[1]))
-        frames = [self._frame(_first(one)) for one in a[2:4]]
+        frames = [frame for one in a[2:4] if (frame := self._frame(_first(one))) is not None]
         unit = self.unit(int(ends[2])) or self.unit(int(ends[1]))
-        if len(frames) < 2 or unit is None or any(frame is None for frame in frames):
+        if len(frames) < 2 or unit is None:
             return None
         holder = self.occurrences[occurrence][1]
         if int(ends[1]) in self.representations.get(holder, ()) and int(ends[2]) not in self.representations.get(holder, ()):

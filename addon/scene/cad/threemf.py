@@ -179,7 +179,7 @@ class _Package:
         raw.materials.setdefault((file, chosen), entry)
         return (file, chosen)
 
-    def _color(self, file: str, chosen: tuple[str | None, str]) -> tuple[float, float, float, float]:
+    def _color(self, file: str, chosen: tuple[str | None, str]) -> tuple[float, ...]:
         entry = self._entry(file, chosen)
         return entry.base_color if entry is not None else (0.8, 0.8, 0.8, 1.0)
 

@@ -110,7 +110,7 @@ def pipe_loop(radius: float) -> Callable[[Detail], Solid]:
             *arc((8 + r, 0, radius + r), (-r, 0, 0), (0, 0, -r), steps),
             (BAY, 0, radius),
         ]
-        return tube(path, radius, detail.round(0.8 + 2 * radius))
+        return tube(np.array(path, float), radius, detail.round(0.8 + 2 * radius))
 
     return make
 
@@ -137,7 +137,14 @@ def pipe_drop(radius: float) -> Callable[[Detail], Solid]:
         )
         valve = moved(body, (0, -1.2, -1.9))
         stem = tube([(0, -1.2, -1.9), (0, -1.2 - 4 * radius - 0.15, -1.9)], 0.3 * radius, s)
-        return join([tube(path, radius, s), valve, stem, moved(hand_wheel(2.2 * radius, detail), (0, -1.2 - 4 * radius - 0.15, -1.9))])
+        return join(
+            [
+                tube(np.array(path, float), radius, s),
+                valve,
+                stem,
+                moved(hand_wheel(2.2 * radius, detail), (0, -1.2 - 4 * radius - 0.15, -1.9)),
+            ]
+        )
 
     return make
 

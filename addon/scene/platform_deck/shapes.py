@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 Solid = tuple[np.ndarray, np.ndarray]
 
@@ -79,7 +80,7 @@ def cylinder(radius: float, height: float, sides: int, axis: str = "z") -> Solid
     return revolved([(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)], sides, axis)
 
 
-def tube(path: Sequence[Sequence[float]], radius: float, sides: int, *, is_closed: bool = False) -> Solid:
+def tube(path: ArrayLike, radius: float, sides: int, *, is_closed: bool = False) -> Solid:
     """A round bar along a polyline, mitred at its corners, with flat caps unless closed."""
     points = np.array(path, dtype=np.float64)
     ahead = np.roll(points, -1, axis=0) - points

@@ -77,9 +77,9 @@ class Reading:
             if self._timer is not None:
                 self._timer.cancel()
             with self._lock:
-                is_whole = answer is not None and not self._why_ended
+                is_whole = not self._why_ended
                 self._why_ended = self._why_ended or "over"
-            if is_whole:
+            if answer is not None and is_whole:
                 given_back(self._process, _bytes_of(answer))
                 self._settle(answer, said)
             else:

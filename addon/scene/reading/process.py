@@ -32,13 +32,15 @@ class ReaderProcess:
         except BaseException:
             self._tidy()
             raise
+        assert self._process.stdin and self._process.stdout, "pipes were asked for"
+        self._stdin, self._stdout = self._process.stdin, self._process.stdout
 
     def ask(self, path: str, units: str | None, up: str | None) -> tuple[dict | None, bytes]:
         """Have a file read, and wait: the answer, None where there is none, and what native readers have said on standard error."""
         before = self._said.seek(0, os.SEEK_END)
         try:
-            wire.send(self._process.stdin, (os.fsencode(path), units, up))
-            answer = wire.receive(self._process.stdout)
+            wire.send(self._stdin, (os.fsencode(path), units, up))
+            answer = wire.receive(self._stdout)
         except (EOFError, OSError, ValueError, KeyError, TypeError, MemoryError):
             answer = None
         self._said.seek(before)
@@ -56,10 +58,10 @@ class ReaderProcess:
     def end(self) -> int:
         """End it; its exit code."""
         with suppress(OSError):
-            self._process.stdin.close()
+            self._stdin.close()
         self._process.kill()
         code = self._process.wait()
-        self._process.stdout.close()
+        self._stdout.close()
         self._tidy()
         return code
 

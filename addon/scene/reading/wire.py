@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import struct
-from typing import BinaryIO
+from typing import IO, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ MOST_HEAD, MOST_SAID = 1 << 31, 1 << 20
 RECORDS = {name: kind for name, kind in vars(cad_model).items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
 
 
-def send(stream: BinaryIO, message: object) -> None:
+def send(stream: IO[bytes], message: object) -> None:
     """Write a message: None, bool, int, float, str, bytes, tuples, dicts, arrays of numbers, records of `cad_model`.
 
     Raises `TypeError` for anything else, `OSError` when nobody reads.
@@ -34,7 +34,7 @@ def send(stream: BinaryIO, message: object) -> None:
     stream.flush()
 
 
-def receive(stream: BinaryIO) -> object:
+def receive(stream: IO[bytes]) -> Any:
     """Read a message; lists come as tuples. Raises `EOFError` where it ends early and `ValueError` for what is no message."""
     length = _LENGTH.unpack(_filled(stream, np.empty(_LENGTH.size, np.uint8)).tobytes())[0]
     if length > MOST_HEAD:
@@ -51,7 +51,7 @@ def _numbers(kind: str) -> np.dtype:
     return dtype
 
 
-def _filled(stream: BinaryIO, array: np.ndarray) -> np.ndarray:
+def _filled(stream: Any, array: np.ndarray) -> np.ndarray:
     """The array, filled with what comes next."""
     left = memoryview(array).cast("B") if array.size else memoryview(b"")
     while len(left):
