@@ -81,13 +81,13 @@ def difference(there: Iterable[Row], again: Iterable[Row]) -> str:
 
 
 def run_first_light(choice: Choice) -> None:
-    """Issue "First light", second point."""
+    """The warps on the deck, and the fits on models that are looked at from outside."""
     run(choice, "first-light-warp", ("deck",), FIRST_LIGHT_WARP)
     run(choice, "first-light-fit", OUTSIDE, FIRST_LIGHT_FIT)
 
 
 def run_methods(choice: Choice) -> None:
-    """Issue "Every parameterisation", the table of methods × models."""
+    """Every warp and partition over the models."""
     run(choice, "methods", available(), METHODS)
 
 
@@ -97,17 +97,17 @@ def run_texels(choice: Choice) -> None:
 
 
 def run_bias(choice: Choice) -> None:
-    """Issue "Shadow tests", bias: one view per model, 20 elevations."""
+    """Strategies of bias: one view per model, 20 elevations."""
     run(choice, "bias", available(), BIAS_METHODS, elevations=ELEVATIONS, only_first_view=True, size=(320, 180))
 
 
 def run_exact(choice: Choice) -> None:
-    """Issue "Shadow tests", triangle-exact: one view per model, five lights."""
+    """The triangle-exact test: one view per model, five lights."""
     run(choice, "exact", available(), EXACT_METHODS, only_first_view=True)
 
 
 def run_lamps(choice: Choice) -> None:
-    """Issue "The last artefacts", lamps: one view per model, six lamps."""
+    """Spots and point lights: one view per model, six lamps."""
     run(choice, "lamps", available(), LAMP_METHODS, only_first_view=True, lamps=True)
 
 

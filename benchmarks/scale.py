@@ -46,7 +46,7 @@ def based(truth: Truth, offset: np.ndarray) -> Truth:
 
 
 def rows_of(case: ScaleScene, methods: dict[str, Settings], renderer: Renderer) -> Iterator[dict[str, object]]:
-    """One row a method: the contract's `truth`, and the case in words."""
+    """One row a method: the report's `truth`, and the case in words."""
     truth = case.heap.truth(case.camera, case.light, SIZE)
     scene, camera, light = based_near(case.scene, case.camera, case.light)
     for name, settings in methods.items():

@@ -1,4 +1,4 @@
-"""The orbit of issue 3: a camera goes round a scene once, and the sun passes through its view axis, behind it and ahead of it."""
+"""An orbit: a camera goes round a scene once, and the sun passes through its view axis, behind it and ahead of it."""
 
 import numpy as np
 

@@ -42,7 +42,7 @@ ALL_PASSES = USUAL_PASSES
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """A rendered view. Images are (height, width[, channels]) arrays, row 0 at the top; `report` has the contract's keys."""
+    """A rendered view. Images are (height, width[, channels]) arrays, row 0 at the top; the keys of `report`: docs/scripting.md."""
 
     outcome: Outcome
 
@@ -53,7 +53,7 @@ class Preview:
 
     @property
     def passes(self) -> dict[str, np.ndarray]:
-        """Every image made, by its name in the contract."""
+        """Every image made, by its name."""
         return self.outcome.frame.passes
 
     @property

@@ -93,7 +93,7 @@ class Impostor:
 
 @dataclass(frozen=True, eq=False)
 class ImpostorPath:
-    """The life of impostors along a path: `rows` have the contract's keys, one per frame; `impostors` one summary per impostor."""
+    """The life of impostors along a path: `rows` one entry per frame, with the CSV's columns; `impostors` one summary per impostor."""
 
     frames: tuple[PathFrame, ...]
 

@@ -23,7 +23,7 @@ SHARE_OF_PICTURE = 0.2  # of the progress; the rays take longer
 
 
 def compared(job: Job, say: Progress, is_given_up: Cancels) -> tuple[Outcome, np.ndarray]:
-    """The view rendered, then traced: the outcome with the contract's `truth` in its report, and the differences as an editor shows them.
+    """The view rendered, then traced: the outcome with `truth` in its report, and the differences as an editor shows them.
 
     Raises `Cancelled` soon after it is given up.
     """

@@ -16,9 +16,9 @@ from ..maths.shadow.projection import ShadowPlan
 class Frame:
     """One rendered view.
 
-    `passes` holds the images asked for, by the contract's names: combined (h, w, 4), shadow (h, w), depth (h, w) view depth or inf,
+    `passes` holds the images asked for, by their names: combined (h, w, 4), shadow (h, w), depth (h, w) view depth or inf,
     normal (h, w, 3) world, object (h, w) int32, partition (h, w) int32, aliasing (h, w, 3), and with 'texel' shadow_depth (k, N, N).
-    `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the contract's report;
+    `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the report;
     `gl` {"renderer", "version"}; `measured` the error statistics (maths.error.aliasing.aliasing_statistics).
     `impostors` one `ImpostorReport` per impostor asked for.
     """

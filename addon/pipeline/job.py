@@ -23,7 +23,7 @@ MAX_PIXELS = 16384
 class Job:
     """Everything one picture needs: nothing in it can change while it is rendered.
 
-    `size` (width, height) in pixels; `passes` by the contract's names; `measure` False leaves the error statistics out (the live view,
+    `size` (width, height) in pixels; `passes` by their names; `measure` False leaves the error statistics out (the live view,
     where nobody reads them). `impostors` stand for some of the objects; None: all are geometry. `shown` (I,) bool: the instances that the
     camera sees, where not all; the others still cast shadows. For the report: `name` of the input; `sync_ms`, the time that reading the
     scene took; `warnings`, what the user should know about how it was read.

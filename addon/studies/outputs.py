@@ -149,7 +149,7 @@ def write_pass(path: Path, name: str, outcome: Outcome) -> None:
 
 
 def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """The contract's arrays, of the images those `wanted`. Matrices start from true world coordinates: the local origin is taken out."""
+    """An .npz file's arrays, of the images those `wanted`. Matrices start from true world coordinates: the local origin is taken out."""
     job, frame = outcome.job, outcome.frame
     local_from_world = np.eye(4)
     local_from_world[:3, 3] = -job.scene.origin_ws
@@ -166,7 +166,7 @@ def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarra
 
 
 def write_npz(path: Path, outcome: Outcome, wanted: tuple[str, ...]) -> None:
-    """Write the contract's `npz`, one file per view; raises `OutputError`."""
+    """Write an .npz file, one per view; raises `OutputError`."""
     buffer = io.BytesIO()
     np.savez(buffer, **npz_arrays(outcome, wanted))
     write_bytes(path, buffer.getvalue())

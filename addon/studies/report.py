@@ -1,4 +1,4 @@
-"""The report of one picture: the contract's JSON keys as a dictionary. Unknown is None, an infinite warp parameter too. No bpy."""
+"""The report of one picture, a dictionary with the keys of docs/scripting.md. Unknown is None, an infinite warp parameter too. No bpy."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def failed_report(name: str, settings: Settings | None, message: str) -> dict[st
 
 
 def geometry_of(frame: Frame) -> dict[str, int | None]:
-    """The contract's counts; where there are impostors also the triangles that the camera was spared by them."""
+    """What was counted; where there are impostors also the triangles that the camera was spared by them."""
     names = (*COUNTS, "triangles_saved") if frame.impostors else COUNTS
     return {name: frame.geometry.get(name) for name in names}
 

@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A job done: its frame, and the report (a dictionary with the contract's keys, made on first use)."""
+    """A job done: its frame, and the report (a dictionary, made on first use)."""
 
     job: Job
     frame: Frame

@@ -1,4 +1,4 @@
-"""`compare` on the command line and as an operator: the numbers of the contract and a picture of the differences."""
+"""`compare` on the command line and as an operator: the report's numbers and a picture of the differences."""
 
 import importlib
 import json

@@ -1,4 +1,4 @@
-"""`impostor` and `impostor-path` as a user or a farm meets them: files that suffice to draw elsewhere, the contract's keys, exit codes."""
+"""`impostor` and `impostor-path` as a user or a farm meets them: files that suffice to draw elsewhere, the documented keys, exit codes."""
 
 import csv
 import json

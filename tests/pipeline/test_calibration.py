@@ -1,4 +1,4 @@
-"""The error the picture shows against the error the texts predict, on cards that have no error of their own (issue 3).
+"""The error the picture shows against the error the texts predict, on cards that have no error of their own.
 
 The cards stand close round the view axis, from near to far, and face the mid direction of light and eye, so that the error of the surface's
 slope is gone and m_x, m_z of the `aliasing` pass are T4's perspective errors. The fit is the whole view frustum, one map: the theory's P.

@@ -1,4 +1,4 @@
-"""LogPSM's maps on stock OpenGL against rays through their texel centres (issue 3)."""
+"""LogPSM's maps on stock OpenGL against rays through their texel centres."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A camera orbits the model once; the sun passes through its view axis, behind it and ahead of it (issue 3): nothing jumps, no NaN."""
+"""A camera orbits the model once; the sun passes through its view axis, behind it and ahead of it: nothing jumps, no NaN."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The sample scene from 15 light/view pairs, against ray-traced truth: no acne, no detached shadows (issue 2, point 4)."""
+"""The sample scene from 15 light/view pairs, against ray-traced truth: no acne, no detached shadows."""
 
 import numpy as np
 import pytest

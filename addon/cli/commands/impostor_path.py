@@ -98,7 +98,7 @@ def _walked(
 
 
 def path_report(job: Job, frames: list[PathFrame], place: str) -> dict[str, object]:
-    """The contract's report of a path; `details` has what its frames leave out."""
+    """The report of a path; `details` has what its frames leave out."""
     rows = [frame.row() for frame in frames]
     impostors = summaries(frames)
     gl = frames[0].gl if frames else {}

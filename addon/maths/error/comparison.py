@@ -1,7 +1,7 @@
 """A preview against the truth, in numbers: misclassified, acne, leak, edge displacement. Images in, numbers out; no rays, no GPU.
 
 Edges live between pixels: a *crack* is the midpoint of two neighbouring pixel centres. All distances are exact Euclidean distances in
-pixels on the grid of half pixels, on which centres and cracks both lie. Rules and names: the contract's `truth`, issue "Shadow tests".
+pixels on the grid of half pixels, on which centres and cracks both lie. The names are those of the report's `truth`.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def classify(lit: np.ndarray, shadow: np.ndarray, counted: np.ndarray, facing: n
 
 
 def statistics(classes: Classes, displacement_px: np.ndarray, where: np.ndarray | None = None) -> dict[str, float | int | None]:
-    """The contract's `truth`: percentages of the counted pixels (inside `where` if given); None where nothing can be counted."""
+    """The report's `truth`: percentages of the counted pixels (inside `where` if given); None where nothing can be counted."""
     inside = classes.counted if where is None else classes.counted & where
     pixels = int(inside.sum())
 

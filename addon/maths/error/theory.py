@@ -1,6 +1,6 @@
 """What the texts predict for a view, a light and a method, without a scene: the `theory` command.
 
-`theory` is the contract's JSON object; `text_report` prints it with the texts' other quantities. Sources: T4 §4.2–4.3, LogPSM §5.1.
+`theory` is the command's JSON object; `text_report` prints it with the texts' other quantities. Sources: T4 §4.2–4.3, LogPSM §5.1.
 """
 
 from __future__ import annotations
@@ -122,11 +122,11 @@ def theory(
     image_size: tuple[int, int] | None = None,
     curve: int | None = None,
 ) -> dict[str, Any]:
-    """The contract's `theory --json` object: γ, γ_lim, every partition, the totals, and with `curve` that many points of m_x(z), m_z(z).
+    """The object of `theory --json`: γ, γ_lim, every partition, the totals, and with `curve` that many points of m_x(z), m_z(z).
 
     M_x and M_z take the resolution terms when `map_size` and `image_size` are both given; S = M_x M_z without them (T4 (30)), its total the
-    sum over partitions (51). M_z follows (37), along the view axis; at γ = 0 it is (53), and its curve None. `as_seen` (a key more
-    than the contract's) is (37) · sin γ, what an image shows. With faces the numbers are
+    sum over partitions (51). M_z follows (37), along the view axis; at γ = 0 it is (53), and its curve None. `as_seen`
+    is (37) · sin γ, what an image shows. With faces the numbers are
     those of one side face lit from straight above, the worst over all light directions. An orthographic camera (φ = 0) has no theory: None.
     Raises SettingsError outside 0 < near < far, 0 ≤ φ < π/2, 0 ≤ γ ≤ π/2.
     """

@@ -4,7 +4,7 @@ The texts choose n' in the plane of light and view, for a frustum of half angle 
 not its height: where near and far plane overlap for that larger angle, the strength is that of a frustum as wide (T4 (40), (42)).
 
 A camera moves. Along the view axis the warp has no direction, so there it must be gone (`light_space.roundness`), and on the way there
-the size of a texel, which follows f'/n', must not jump from one frame to the next (issue 3: 25 % at 1° a frame). So the strength is the
+the size of a texel, which follows f'/n', must not jump from one frame to the next (25 % at 1° a frame). So the strength is the
 largest function of γ below the method's own that nowhere grows faster than `RATE`. T4 (42) itself grows slower than that from γ_lim up
 unless the view is narrow and f/n large (φ = 15°, f/n = 100 just meets it); PSM and the log warps at large f/n fade some degrees earlier.
 

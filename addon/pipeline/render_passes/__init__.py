@@ -24,7 +24,7 @@ def pass_named(name: str) -> RenderPass:
 
 
 def made_passes(shaded: ShadedImages) -> dict[str, np.ndarray]:
-    """The images that the job asks for, by the contract's names of arrays; without those that there is nothing to make of."""
+    """The images that the job asks for, by the names of their arrays; without those that there is nothing to make of."""
     rows = sorted(map(pass_named, set(shaded.job.passes)), key=lambda row: row.place)
     images = {row.array: row.make(shaded) for row in rows}
     return {name: image for name, image in images.items() if image is not None}

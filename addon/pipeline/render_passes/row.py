@@ -48,7 +48,7 @@ class BlenderPass:
 class RenderPass:
     """One pass.
 
-    `name` in the contract and on the command line, `place` there; `array` its name among the frame's arrays and in .npz; `shape` and `text`
+    `name` in scripts and on the command line, `place` there; `array` its name among the frame's arrays and in .npz; `shape` and `text`
     what it holds. `make` gives the image, None where there is nothing to make it of; `picture` something to look at (PNG), from all passes
     of the frame; `channels` the exact values (EXR). `blender`: how the render layers have it; None where they do not. `is_data`: made at
     pixel centres, of `errors`, `normals`, `ids`. `is_usual`: written where nobody names passes.

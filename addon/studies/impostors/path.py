@@ -40,7 +40,7 @@ FRAME_KEYS = (
     "missing_pct",
     "false_pct",
 )
-"""The contract's keys of a frame: the columns of the CSV."""
+"""The keys of a frame: the columns of the CSV."""
 PREDICTED = {
     "critical_error": "critical",
     "critical_error_corrected": "critical_px",
@@ -67,7 +67,7 @@ class PathFrame:
     gl: dict[str, str]
 
     def row(self) -> dict[str, object]:
-        """The contract's keys. Of several impostors: the stage that says most, and the largest of each number.
+        """The frame's keys. Of several impostors: the stage that says most, and the largest of each number.
 
         None where a number is not known (nothing captured yet, nothing in view) or infinite (the pictures are equal).
         """
@@ -89,7 +89,7 @@ class PathFrame:
         }
 
     def detail(self, place_name: str) -> dict[str, object]:
-        """What the contract's row leaves out: where on the path, the times, each impostor with every predictor."""
+        """What the row leaves out: where on the path, the times, each impostor with every predictor."""
         return {
             "index": self.index,
             place_name: self.place,
@@ -174,7 +174,7 @@ def _summary(reports: list[ImpostorReport]) -> dict[str, object]:
 
 
 def csv_text(frames: list[PathFrame]) -> str:
-    """The frames as CSV: the contract's keys as columns, empty where nothing is known."""
+    """The frames as CSV: the frames' keys as columns, empty where nothing is known."""
     text = io.StringIO()
     writer = csv.DictWriter(text, FRAME_KEYS, lineterminator="\n")
     writer.writeheader()

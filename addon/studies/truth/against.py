@@ -11,7 +11,7 @@ from . import TruthTracer, compare
 
 
 def against_truth(outcome: Outcome, is_given_up: Cancels = lambda: False) -> np.ndarray:
-    """Trace the outcome's view, add the contract's `truth` to its report, and return the difference image (h, w, 3) uint8.
+    """Trace the outcome's view, add `truth` to its report, and return the difference image (h, w, 3) uint8.
 
     The frame must have `addon.studies.truth.compare.COMPARED_PASSES`. Seconds per million triangles and per million pixels; any thread.
     Raises `SceneError` without a light, or where the picture shows other surfaces than the scene has (impostors); `Cancelled` some
@@ -33,7 +33,7 @@ def against_truth(outcome: Outcome, is_given_up: Cancels = lambda: False) -> np.
 
 
 def sentence(truth: dict[str, object]) -> str:
-    """The contract's `truth` in a line."""
+    """The report's `truth` in a line."""
     if not truth["pixels"]:
         return "nothing to compare: no surface in view faces the light"
     return f"{truth['misclassified_pct']:.3f} % misclassified, acne {truth['acne_pct']:.3f} %, leak {truth['leak_pct']:.3f} %"

@@ -63,7 +63,7 @@ def counted_pixels(frame: Frame, truth: Truth) -> np.ndarray:
 def compare(
     frame: Frame, truth: Truth, camera: Camera, light: Light, map_size: int, tracer: TruthTracer | None = None
 ) -> tuple[dict[str, object], np.ndarray]:
-    """The contract's `truth` dictionary (with one more key, `partitions`: the same for each), and the difference image (h, w, 3).
+    """The report's `truth` dictionary (`partitions`: the same for each), and the difference image (h, w, 3).
 
     `frame` needs the passes in `COMPARED_PASSES`. With `tracer`, what looks like acne or a leak must also stand when the truth is asked
     at 96 places between the pixel centres around it: a wire thinner than a pixel may shade the place without touching any centre.
