@@ -19,6 +19,7 @@ STARTS = {
     b"PK\x03\x04\x14\0": ".3mf",
     b"ISO-10303-21;\nHEADER;\n": ".step",
     b"\r\nISO-10303-21;\no and v at\nv the beginning of a line\n": ".step",
+    b"made by hand".ljust(72) + b"S      1\n1H,,1H;": ".iges",
     b"ply\r\nformat ascii 1.0\n": ".ply",
     b"OFF\n3 1 0\n": ".off",
     b"# o of mine\n\n # v 2\nCOFF\n3 1 0\n": ".off",
