@@ -16,7 +16,7 @@ HOLE_PX = 200.0
 INTRO = """# Relief impostors, measured
 
 Made by `python -m benchmarks.impostors` (see its help); do not edit. Models: the dev set, each as one impostor. Software
-rasteriser. What was found is in [findings.md](findings.md), *Impostors*.
+rasteriser. What was found is in [the laboratory's log](laboratory.md), *Impostors*.
 """
 
 

@@ -84,7 +84,7 @@ class PartitionChoice:
     @property
     def seam_alphas(self) -> tuple[float, ...] | None:
         """α_i in effect; None for self-similar splits. T4's slabs overlap in the light's picture the more the nearer γ is to 0, and (55)
-        answers that; planes along the light do not overlap, and (50) measures better there at every γ (docs/findings.md)."""
+        answers that; planes along the light do not overlap, and (50) measures better there at every γ (docs/laboratory.md)."""
         return USUAL_ALPHA if self.alpha is None and self.cut == "view" else self.alpha
 
     @property

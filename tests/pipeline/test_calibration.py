@@ -73,7 +73,7 @@ def test_measured_errors_are_the_theorys_within_two_percent(renderer, warp, gamm
 @pytest.mark.parametrize("gamma", GAMMAS, ids=lambda g: f"{np.degrees(g):.0f}°")
 @pytest.mark.parametrize("warp", WARPS)
 def test_the_fits_warp_is_the_methods_but_for_the_limit_on_its_growth(warp, gamma):
-    """n' is the text's, or, close above γ_lim, that of `steady_strength` (at most 16 % of f'/n' per degree; docs/findings.md)."""
+    """n' is the text's, or, close above γ_lim, that of `steady_strength` (at most 16 % of f'/n' per degree; docs/laboratory.md)."""
     choice, view = WarpChoice(warp), Range(NEAR, FAR, PHI, PHI)
     plan = plan_shadows(
         CAMERA,

@@ -1,7 +1,7 @@
 """The aliasing error m: pixels of the image covered by one texel of the map. Its theory along the view axis, its statistics over an image.
 
 Here m is the *perspective* error, without the term of the surface's slope. Resolution terms (res_cx/res_ls, res_cy/res_lt) are
-arguments, 1 by default. Sources: T4 §4.1–4.3, LogPSM §5.1, method §1–§5. Where they are silent or contradict: docs/findings.md.
+arguments, 1 by default. Sources: T4 §4.1–4.3, LogPSM §5.1, method §1–§5. Where they are silent or contradict: docs/laboratory.md.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def error_curve(maps: tuple[WarpedMap, ...], faces: bool, count: int, resolution
 
 
 def as_seen(maps: tuple[WarpedMap, ...], gamma_rad: float, curve: dict[str, list[Any]] | None, resolution: Resolution) -> dict[str, Any]:
-    """m_z by T4's own definition (15), (19), (37) · sin γ: what an image shows (docs/findings.md). Maximum, in all and per map, and the
+    """m_z by T4's own definition (15), (19), (37) · sin γ: what an image shows (docs/laboratory.md). Maximum, in all and per map, and the
     curve at the depths of `curve` (None without one)."""
     rz = resolution.terms[1]
     maxima = [rz * max_beam_error_z(m) for m in maps]

@@ -20,7 +20,7 @@ from .warp import CaptureFrame
 
 FINER, FINEST = 1.04, 2.5
 """By how much the new capture must be finer than the last, and may be finer than that of the gathering: new texels to an old one. Over six
-random machines × three eyes, carried predictions are within 18, 27 and 37 % of fresh ones at 1.5, 2.2 and 2.7 (docs/findings.md)."""
+random machines × three eyes, carried predictions are within 18, 27 and 37 % of fresh ones at 1.5, 2.2 and 2.7 (docs/laboratory.md)."""
 OPENED = 0.02
 """Share of the new texels that may have opened since the gathering, by its own prediction."""
 SMALLEST_COSINE = cos(radians(5.0))

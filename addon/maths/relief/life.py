@@ -41,13 +41,13 @@ class LifeSettings:
     """When impostors are shown as they are, warped, made anew, or replaced by geometry.
 
     `predictor` and `limit` (None: the predictor's usual) decide the second critical moment. A sprite is kept while β ≤ `sprite_px` pixels
-    (RI: 1; docs/findings.md says what that costs on thin parts).
+    (RI: 1; docs/laboratory.md says what that costs on thin parts).
     `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_deg`
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
     With the edge sums the error is a share of wrong pixels (`share_wrong`): `opening` of the predicted openings (they are over-estimated),
     `resampling` of the contours per texel, `turning` of the turn's tangent. `finest`: with more contours per texel than this a capture's
-    life is over at once, and the geometry is drawn (fitted to pictures, as the limit: docs/findings.md). `regenerations` per frame,
+    life is over at once, and the geometry is drawn (fitted to pictures, as the limit: docs/laboratory.md). `regenerations` per frame,
     `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old texture, whose error was at the limit, is never
     mixed in; the jump measured is small, docs/impostors.md). `ahead`: for an eye that moves on steadily, a capture is made from where
     the eye will be; this share of the limit is what it may be wrong by until then (0: from where the eye is, as RI; `ahead.py`).
@@ -89,7 +89,7 @@ def share_wrong(openings: float, contours: float, turned_rad: float, shrunk: flo
 
     `openings` in shares of the pixels covered at capture, `contours` per texel, `shrunk` the object's image over that at capture (by its
     bounds, at the same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`.
-    Fitted to pictures (docs/findings.md).
+    Fitted to pictures (docs/laboratory.md).
     """
     turn = tan(min(turned_rad, settings.max_tilt_rad))
     return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / shrunk**2

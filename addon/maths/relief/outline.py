@@ -1,7 +1,7 @@
 """What turns up from behind the outline of a relief texture as the eye moves: edges for the edge sum of `edges.py`. No GPU.
 
 A depth edge counts what comes into view behind a step between two texels. A side that stands edge-on, or the far side of a hollow thing,
-has no texel at all; what tells of it is the last surface that the rays near the outline meet. Our own (docs/findings.md, *Impostors*).
+has no texel at all; what tells of it is the last surface that the rays near the outline meet. Our own (docs/laboratory.md, *Impostors*).
 """
 
 from __future__ import annotations

@@ -249,7 +249,7 @@ class _Search:
         return Row(current, self.base.fit.size, count, len(self.frames), measured, tuple(_p95(e) for e in per_frame), theory)
 
     def _note_about_flicker(self, rows: list[Row], best: Row) -> None:
-        """The 'samples' fit follows what is visible, which jumps when something comes into view (docs/findings.md)."""
+        """The 'samples' fit follows what is visible, which jumps when something comes into view (docs/laboratory.md)."""
         other = next((row for row in rows if row.candidate.fit != "samples"), None)
         if len(self.frames) > 1 and best.candidate.fit == "samples" and other is not None:
             c = other.candidate
