@@ -36,6 +36,25 @@ def turned_over(part):
     return part[0], part[1][:, ::-1]
 
 
+def two_sided(part):
+    """Every triangle followed by itself wound the other way."""
+    return part[0], np.stack([part[1], part[1][:, ::-1]], axis=1).reshape(-1, 3)
+
+
+def hourglass():
+    """A closed prism whose outline crosses itself: one half is wound inwards, and together they enclose nothing."""
+    outline = np.array([(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)])
+    middle = np.array([[1.0, 1.0]])
+    points = np.concatenate([np.column_stack([np.concatenate([outline, middle]), np.full(5, z)]) for z in (0.0, 1.0)])
+    sides = [(i, (i + 1) % 4, 5 + (i + 1) % 4, 5 + i) for i in range(4)]
+    walls = [t for a, b, c, d in sides for t in ((a, b, c), (a, c, d))]
+    caps = [t for i in range(4) for t in (((i + 1) % 4, i, 4), (5 + i, 5 + (i + 1) % 4, 9))]
+    return points, np.array(walls + caps)
+
+
+HOURGLASS = hourglass()
+
+
 def without(part, *faces):
     return part[0], np.delete(part[1], faces, axis=0)
 
@@ -53,7 +72,12 @@ def without(part, *faces):
         (scenes.joined(BOX, turned_over(scenes.box((5.0, 5.0, 5.0), (6.0, 6.0, 6.0)))), False),
         (scenes.joined(ball((0.0, 0.0, 0.0), 9.0), turned_over(BOX)), False),
         ((BOX[0], np.concatenate([BOX[1][:1, ::-1], BOX[1][1:]])), False),  # one face wound the other way
-        (scenes.joined(scenes.floor(), turned_over(scenes.floor())), False),  # a sheet's two sides
+        (scenes.joined(scenes.floor(), turned_over(scenes.floor())), True),  # a sheet's two sides
+        (two_sided(scenes.rod((0.0, 0.0, 0.0), (1.0, 2.0, 3.0), 0.1)), True),
+        (scenes.joined(BOX, two_sided(scenes.rod((0.0, 0.0, 0.0), (1.0, 2.0, 3.0), 0.1))), True),
+        (joined_flat := scenes.joined(scenes.floor(), (scenes.floor()[0], np.array([[0, 3, 1], [1, 3, 2]]))), True),  # cut the other way
+        (scenes.joined(BOX, joined_flat), True),
+        (HOURGLASS, False),
         (scenes.joined(without(BOX, 0), without(turned_over(BOX), 1)), False),
     ],
 )
