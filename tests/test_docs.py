@@ -3,6 +3,7 @@
 import re
 import shlex
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -92,3 +93,12 @@ def test_modules_shown_exist():
     for page in PAGES:
         for name in re.findall(r"python -m ((?:tools|benchmarks)\.\w+)", page.read_text(encoding="utf-8")):
             assert (ROOT / (name.replace(".", "/") + ".py")).is_file(), f"{page.name}: {name}"
+
+
+def test_what_is_cited_is_in_the_repository():
+    sources = [path for room in ("addon", "benchmarks", "tests", "tools") for path in (ROOT / room).rglob("*.py") if path != Path(__file__)]
+    for path in [*sources, *PAGES, ROOT / "CONVENTIONS.md", ROOT / "CONTRIBUTING.md"]:
+        text = path.read_text(encoding="utf-8")
+        missing = [name for name in re.findall(r"docs/\w+\.md", text) if not (ROOT / name).is_file()]
+        elsewhere = re.findall(r"\b[Ii]ssue (?:\d+|\")|\bthe contract's\b", text)
+        assert not missing and not elsewhere, f"{path}: {missing + elsewhere}"

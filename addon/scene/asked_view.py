@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import tan
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def camera_maker(
     What is made raises `SceneError` or `SettingsError`.
     """
     require(not is_orthographic or view is not None or eye is not None, "Orthographic is a standard view or one from an eye: name one.")
-    fov = {"is_orthographic": is_orthographic} | ({} if half_fov_rad is None else {"fov_y_rad": 2.0 * half_fov_rad})
+    fov: dict[str, Any] = {"is_orthographic": is_orthographic} | ({} if half_fov_rad is None else {"fov_y_rad": 2.0 * half_fov_rad})
     if name is not None:
         return lambda scene, size: named_camera(scene, name)
     if view is not None:
