@@ -25,7 +25,7 @@ FLOORS = {
     " live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
-    "addon/blender/panels": "compatible placing words < impostors < settings < quality < advice < __init__",
+    "addon/blender/panels": "compatible layer_passes placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras light_links lights pictures random_numbers vertex_colors visibility < nodes varied < meshes shaders"
     " < materials world < instances < marks < reader < __init__",
@@ -33,7 +33,7 @@ FLOORS = {
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
-    "addon/images": "exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
+    "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
     "addon/maths": "domains tables < spaces partitioning < warping < choices < sun < view < frusta nearest relief"
     " < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",

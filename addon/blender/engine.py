@@ -12,16 +12,19 @@ import bpy
 import numpy as np
 
 from ..errors import SceneError, UserError
+from ..images.cryptomatte import layer_key, manifest
 from ..pipeline.frame import Frame
 from ..pipeline.job import Job
-from ..pipeline.render_passes import ENGINE_PASSES, RENDER_PASSES
+from ..pipeline.render_passes import LAYER_PASSES, RENDER_PASSES
+from ..pipeline.render_passes.row import BlenderPass, RenderPass
+from ..scene.records import Scene
 from ..studies.run import Outcome, run
 from . import session, sources
 from .render_wish import ENGINE, RenderWish, active_wish
 from .viewport import LiveView
 
 log = logging.getLogger(__name__)
-LAYERS = tuple(RENDER_PASSES[name] for name in ENGINE_PASSES)
+LAYERS = tuple(RENDER_PASSES[name] for name in LAYER_PASSES)
 
 
 def border_window(render: bpy.types.RenderSettings, width: int, height: int) -> tuple[int, int, int, int]:
@@ -43,6 +46,17 @@ def rect_of(name: str, image: np.ndarray, window: tuple[int, int, int, int]) -> 
     return np.ascontiguousarray(image, dtype=np.float32).ravel()
 
 
+def is_on(row: RenderPass, layer: bpy.types.ViewLayer) -> bool:
+    """Whether the view layer wants a pass."""
+    flag = row.blender.flag
+    return flag is None or bool(getattr(layer, flag, False))
+
+
+def name_of(own: BlenderPass) -> str:
+    """What this Blender calls a pass."""
+    return own.old_name if own.old_name and bpy.app.version < (5, 0, 0) else own.name
+
+
 class CadShadowEngine(bpy.types.RenderEngine):
     """Renders with the add-on's own pipeline; all OpenGL happens on the pipeline's worker thread."""
 
@@ -54,8 +68,8 @@ class CadShadowEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene: bpy.types.Scene | None = None, renderlayer: bpy.types.ViewLayer | None = None) -> None:
         """Tell the compositor which passes there are."""
-        for layer in (row.blender for row in LAYERS):
-            self.register_pass(scene, renderlayer, layer.name, len(layer.channels), layer.channels, layer.kind)
+        for own in (row.blender for row in LAYERS if renderlayer is None or is_on(row, renderlayer)):
+            self.register_pass(scene, renderlayer, name_of(own), len(own.channels), own.channels, own.kind)
 
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
         """One frame, for F12, animations, `blender -b` and `rendering.render`."""
@@ -68,7 +82,7 @@ class CadShadowEngine(bpy.types.RenderEngine):
                 wish.job = job
                 return
             outcome = self._outcome(job, depsgraph.scene)
-            self._deliver(outcome.frame, depsgraph)
+            self._deliver(outcome.frame, depsgraph, job.scene)
             if wish is not None:
                 wish.outcome = outcome
         except UserError as error:
@@ -97,16 +111,28 @@ class CadShadowEngine(bpy.types.RenderEngine):
         self.update_progress(fraction)
         self.update_stats("", stage)
 
-    def _deliver(self, frame: Frame, depsgraph: bpy.types.Depsgraph) -> None:
-        layer = depsgraph.view_layer.name
+    def _deliver(self, frame: Frame, depsgraph: bpy.types.Depsgraph, scene: Scene) -> None:
+        layer = depsgraph.view_layer
         window = border_window(depsgraph.scene.render, *frame.passes["combined"].shape[1::-1])
-        for own in (row.blender for row in LAYERS[1:]):  # Blender has added Combined
-            self.add_pass(own.name, len(own.channels), own.channels, layer=layer)
-        result = self.begin_result(0, 0, window[2] - window[0], window[3] - window[1], layer=layer)
+        wanted = [row for row in LAYERS if is_on(row, layer)]
+        for own in (row.blender for row in wanted[1:]):  # Blender has added Combined
+            self.add_pass(name_of(own), len(own.channels), own.channels, layer=layer.name)
+        result = self.begin_result(0, 0, window[2] - window[0], window[3] - window[1], layer=layer.name)
         passes = result.layers[0].passes
-        for row in LAYERS:
-            passes[row.blender.name].rect.foreach_set(rect_of(row.name, frame.passes[row.array], window))
+        for row in wanted:
+            passes[name_of(row.blender)].rect.foreach_set(rect_of(row.name, frame.passes[row.array], window))
         self.end_result(result)
+        self._name_mattes(scene, layer, wanted)
+
+    def _name_mattes(self, scene: Scene, layer: bpy.types.ViewLayer, wanted: list[RenderPass]) -> None:
+        """The metadata by which viewers know the names in Cryptomatte passes."""
+        named = {"cryptomatte-object": scene.object_names, "cryptomatte-material": [name for name, _ in scene.materials]}
+        for row in wanted:
+            if row.name in named:
+                title = f"{layer.name}.{row.blender.name.removesuffix('00')}"
+                fields = {"name": title, "hash": "MurmurHash3_32", "conversion": "uint32_to_float32", "manifest": manifest(named[row.name])}
+                for field, value in fields.items():
+                    self.get_result().stamp_data_add_field(f"cryptomatte/{layer_key(title)}/{field}", value)
 
     def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Something in the scene changed while a viewport shows it."""

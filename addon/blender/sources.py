@@ -13,7 +13,7 @@ import bpy
 from ..errors import SceneError
 from ..maths.view import Camera, Light
 from ..pipeline.job import Job
-from ..pipeline.render_passes import ENGINE_PASSES
+from ..pipeline.render_passes import ENGINE_PASSES, LAYER_PASSES, RENDER_PASSES
 from ..scene.asked_view import sun_from
 from ..scene.default_view import default_sun, world_sun
 from ..scene.light_choice import best_light
@@ -58,7 +58,11 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     asked = wish.settings or settings_from(blender_scene.cad_shadow)
     settings, world_warnings = surrounded(asked, blender_scene, depsgraph.view_layer)
     warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings, *world_warnings)
-    passes = tuple(dict.fromkeys((*ENGINE_PASSES, *wish.passes)))
+    layer = depsgraph.view_layer
+    switched = (
+        name for name in LAYER_PASSES if RENDER_PASSES[name].blender.flag and getattr(layer, RENDER_PASSES[name].blender.flag, False)
+    )
+    passes = tuple(dict.fromkeys((*ENGINE_PASSES, *switched, *wish.passes)))
     scene, camera, light = based_near(scene.lit_by(light), camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
     return Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings)

@@ -55,7 +55,8 @@ class Instances:
 
     `world_from_object` (I, 4, 4) float64, world relative to `Scene.origin_ws`; `object_id` (I,) int32 ≥ 0, index into `Scene.object_names`
     (rows of one object with several material slots share it); `material_slot` (I,) int32; `base_color` (I, 4) float32 linear RGBA;
-    `look` (I,) int32, index into `Scene.looks`; `flags` (I,) uint8 of `scene.looks`: what is special about it. Those two may be left out.
+    `look` (I,) int32, index into `Scene.looks`; `flags` (I,) uint8 of `scene.looks`: what is special about it; `material` (I,) int32,
+    index into `Scene.materials`. Those three may be left out.
     """
 
     mesh_index: np.ndarray
@@ -65,10 +66,11 @@ class Instances:
     base_color: np.ndarray
     look: np.ndarray = None  # type: ignore[assignment]  # none given: zeros
     flags: np.ndarray = None  # type: ignore[assignment]
+    material: np.ndarray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         count = len(self.mesh_index)
-        for name in ("look", "flags"):
+        for name in ("look", "flags", "material"):
             if getattr(self, name) is None:
                 object.__setattr__(self, name, np.zeros(count, np.uint8))
         for name, dtype, shape in (
@@ -79,6 +81,7 @@ class Instances:
             ("base_color", np.float32, (4,)),
             ("look", np.int32, ()),
             ("flags", np.uint8, ()),
+            ("material", np.int32, ()),
         ):
             array = frozen(getattr(self, name), dtype)
             if array.shape != (count, *shape):
@@ -113,7 +116,8 @@ class Scene:
 
     `marks` one per object, parallel to `object_names`: the impostor it belongs to, None for none. Empty when nothing is marked.
     `looks` (L, 12) float32: the numbers of `looks.Look`s. `links` by the light's name, of lights that do not concern all objects:
-    (objects,) bool those they do not light, (objects,) bool those that do not stand in their way.
+    (objects,) bool those they do not light, (objects,) bool those that do not stand in their way. `object_index` (objects,) int32 and
+    `materials` (name, index): what their author calls them; `mist` (begin, depth in metres, falloff).
     """
 
     meshes: tuple[Mesh, ...]
@@ -126,6 +130,13 @@ class Scene:
     marks: tuple[Mark | None, ...] = ()
     looks: np.ndarray = field(default_factory=lambda: PLAIN_LOOKS)
     links: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
+    object_index: np.ndarray = None  # type: ignore[assignment]  # none given: zeros
+    materials: tuple[tuple[str, int], ...] = (("", 0),)
+    mist: tuple[float, float, str] = (5.0, 25.0, "QUADRATIC")
+
+    def __post_init__(self) -> None:
+        if self.object_index is None:
+            object.__setattr__(self, "object_index", np.zeros(max(len(self.object_names), 1), np.int32))
 
     @property
     def triangle_count(self) -> int:

@@ -28,7 +28,7 @@ layout(location = 0) out vec4 out_combined;
 #if DATA
 layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; what the shadow lets through, 0...1
 layout(location = 2) out vec4 out_normal;
-layout(location = 3) out ivec2 out_ids;     // object or -1, map or -1
+layout(location = 3) out ivec4 out_ids;     // object, map or -1, instance row
 #endif
 
 // What the tests need of the triangle seen: its normal turned to the viewer, and the seen point put exactly into its plane, because the
@@ -155,6 +155,6 @@ void main() {
 #if DATA
     out_errors = vec4(errors, light);
     out_normal = vec4(smooth_normal, view_depth);
-    out_ids = ivec2(int(info.x) - 1, map);
+    out_ids = ivec4(int(info.x) - 1, map, int(info.z), 0);
 #endif
 }

@@ -1,5 +1,7 @@
 """The same small scene by this engine and by Cycles: no bounces, hard lights, one sample at the pixels' centres."""
 
+import struct
+
 import bpy
 import numpy as np
 from mathutils import Vector
@@ -136,16 +138,21 @@ def ours(scene, **options):
     return result.combined, result.report["warnings"]
 
 
-def cycles(scene, path):
-    """(h, w, 4) of Cycles, by way of a file in the folder `path`."""
-    render, image = scene.render, scene.render.image_settings
-    render.engine = "CYCLES"
-    if hasattr(image, "media_type"):
-        image.media_type = "IMAGE"
-    image.file_format, image.color_depth, image.color_mode, image.exr_codec = "OPEN_EXR", "32", "RGBA", "NONE"
+def as_judge(scene):
+    """Cycles: no bounces, one sample at pixel centres."""
+    scene.render.engine = "CYCLES"
     asked = scene.cycles
     asked.device, asked.samples, asked.use_adaptive_sampling, asked.use_denoising = "CPU", 1, False, False
     asked.pixel_filter_type, asked.filter_width, asked.max_bounces, asked.transparent_max_bounces = "BOX", 0.01, 0, 16
+
+
+def cycles(scene, path):
+    """(h, w, 4) of Cycles, by way of a file in the folder `path`."""
+    render, image = scene.render, scene.render.image_settings
+    as_judge(scene)
+    if hasattr(image, "media_type"):
+        image.media_type = "IMAGE"
+    image.file_format, image.color_depth, image.color_mode, image.exr_codec = "OPEN_EXR", "32", "RGBA", "NONE"
     render.filepath = str(path / "cycles.exr")
     bpy.ops.render.render(write_still=True)
     picture = bpy.data.images.load(render.filepath)
@@ -155,6 +162,71 @@ def cycles(scene, path):
     picture.pixels.foreach_get(values)
     bpy.data.images.remove(picture)
     return values.reshape(height, width, 4)[::-1]
+
+
+def layer_passes(scene, engine, path):
+    """({pass: (h, w, channels)}, header's text) of an F12 with that engine, the passes by the names in its multilayer file."""
+    image = scene.render.image_settings
+    scene.render.engine = engine
+    if hasattr(image, "media_type"):
+        image.media_type = "MULTI_LAYER_IMAGE"
+    image.file_format, image.color_depth, image.exr_codec = "OPEN_EXR_MULTILAYER", "32", "NONE"
+    scene.render.filepath = str(path / f"{engine}.exr")
+    bpy.ops.render.render(write_still=True)
+    data = (path / f"{engine}.exr").read_bytes()
+    found = {}
+    for name, plane in exr_planes(data).items():
+        whole, _, channel = name.rpartition(".")
+        found.setdefault(whole.split(".")[-1], {})[channel] = plane
+    order = "RGBAXYZVW"
+    return {
+        name: np.stack([planes[c] for c in sorted(planes, key=lambda c: order.index(c.upper()))], axis=-1) for name, planes in found.items()
+    }, data
+
+
+def exr_planes(data):
+    """{channel: (h, w) float32} of an uncompressed scan-line EXR, of all its parts."""
+    is_multipart, at = bool(data[5] & 0x10), 8
+
+    def text(at):
+        end = data.index(0, at)
+        return data[at:end].decode(), end + 1
+
+    parts = []
+    while data[at]:
+        attributes = {}
+        while data[at]:
+            name, at = text(at)
+            _, at = text(at)
+            size = struct.unpack_from("<i", data, at)[0]
+            attributes[name] = data[at + 4 : at + 4 + size]
+            at += 4 + size
+        at += 1
+        parts.append(attributes)
+        if not is_multipart:
+            break
+    at += is_multipart
+    out = {}
+    for attributes in parts:
+        x0, y0, x1, y1 = struct.unpack("<4i", attributes["dataWindow"])
+        channels, i, table = [], 0, attributes["channels"]
+        while table[i]:
+            end = table.index(0, i)
+            channels.append((table[i:end].decode(), "<u4" if struct.unpack_from("<i", table, end + 1)[0] == 0 else "<f4"))
+            i = end + 17
+        prefix = attributes["name"].split(b"\0")[0].decode() + "." if is_multipart else ""
+        height, width = y1 - y0 + 1, x1 - x0 + 1
+        offsets = struct.unpack_from(f"<{height}Q", data, at)
+        at += 8 * height
+        planes = {name: np.empty((height, width), np.float32) for name, _ in channels}
+        for offset in offsets:
+            row = offset + 4 * is_multipart
+            y, row = struct.unpack_from("<i", data, row)[0] - y0, row + 8
+            for name, kind in channels:
+                planes[name][y] = np.frombuffer(data, kind, width, row)
+                row += 4 * width
+        out |= {(name if "." in name else prefix + name): plane for name, plane in planes.items()}
+    return out
 
 
 def apart(scene, path, **options):

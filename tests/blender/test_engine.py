@@ -65,13 +65,20 @@ def exr_layers(path):
     }
 
 
-def test_every_pass_is_in_a_multilayer_exr(cube_scene, tmp_path):
+@pytest.fixture
+def all_on(blend):
+    """The view layer's switches of our usual passes."""
+    layer = blend.context.view_layer
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_shadow = True
+
+
+def test_every_pass_that_is_on_is_in_a_multilayer_exr(cube_scene, all_on, tmp_path):
     path = tmp_path / "cube.exr"
     render_to(cube_scene, path, "OPEN_EXR_MULTILAYER")
     assert exr_layers(path) == {"Combined", "Depth", "Normal", "Shadow", "Aliasing"}
 
 
-def test_the_compositor_sees_the_passes(cube_scene):
+def test_the_compositor_sees_the_passes(cube_scene, all_on):
     import bpy
 
     bpy.ops.render.render()

@@ -15,7 +15,7 @@ from .lights import light_from_object
 from .materials import Followed, Paint, paint_of
 from .random_numbers import random_of
 from .varied import slot_and_color
-from .visibility import flags_reader
+from .visibility import any_index, flags_reader
 
 MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
 IGNORED, LIGHT, CAMERA = -1, -2, -3
@@ -43,7 +43,8 @@ class Kind:
 class Rows:
     """What the loop found, world coordinates absolute: row i is an instance of `kinds[kind[i]]` called `names[i]` at `matrices[i]`.
 
-    `marks[i]` is the impostor it belongs to, `flags[i]` what is special about it; the lists are empty when nobody asked, or all is usual.
+    `marks[i]` is the impostor it belongs to, `flags[i]` what is special about it, `indices[i]` the index its author gave
+    it; these lists are empty when nobody asked, or all is usual.
     """
 
     kinds: list[Kind] = field(default_factory=list)
@@ -51,11 +52,13 @@ class Rows:
     names: list[str] = field(default_factory=list)
     marks: list[Mark | None] = field(default_factory=list)
     flags: list[int] = field(default_factory=list)
+    indices: list[int] = field(default_factory=list)
     matrices: np.ndarray = field(default_factory=lambda: np.empty((0, 4, 4)))
     lights: list[Light] = field(default_factory=list)
     links: dict[str, tuple[Linked, Linked]] = field(default_factory=dict)
     cameras: list[bpy.types.Object] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    mist: tuple[float, float, str] = (5.0, 25.0, "QUADRATIC")
 
     def keep(self, usable: np.ndarray) -> list[str]:
         """Drop the rows where `usable` is False; their names."""
@@ -66,6 +69,8 @@ class Rows:
             self.names = [n for n, good in zip(self.names, usable, strict=True) if good]
             if self.marks:
                 self.marks = [m for m, good in zip(self.marks, usable, strict=True) if good]
+            if self.indices:
+                self.indices = [n for n, good in zip(self.indices, usable, strict=True) if good]
             if self.flags:
                 self.flags = [f for f, good in zip(self.flags, usable, strict=True) if good]
         return dropped
@@ -99,7 +104,10 @@ class InstanceLoop:
     def run(self) -> Rows:
         """The rows; those whose matrix is not finite or squashes the object flat are left out with a warning."""
         index, count = self._walk()
-        rows = self.rows
+        rows, world = self.rows, self.depsgraph.scene.world
+        if world is not None:
+            mist = world.mist_settings
+            rows.mist = float(mist.start), float(mist.depth), mist.falloff
         rows.matrices = read_matrices(self.depsgraph, count)[index]
         dropped = rows.keep(is_invertible(rows.matrices))
         if dropped:
@@ -118,6 +126,7 @@ class InstanceLoop:
         kind_of_data: dict[bpy.types.ID, int] = {}
         kind_of, names, index, i = self.rows.kind, self.rows.names, [], -1
         use_object_color, slotted, asking, flags_of = self.use_object_color, self._slotted, self._asking, self.flags_of
+        has_indices = any_index()
         is_all_shown = self.space is None or shows_everything(self.space)
         for i, instance in enumerate(self.depsgraph.object_instances):
             ob = instance.object
@@ -137,6 +146,8 @@ class InstanceLoop:
                 index.append(i)
                 if self.mark_of is not None:
                     self.rows.marks.append(self.mark_of(instance))
+                if has_indices:
+                    self.rows.indices.append(ob.pass_index)
                 if flags_of is not None:
                     self.rows.flags.append(flags_of(instance))
             elif kind == LIGHT:

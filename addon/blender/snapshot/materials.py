@@ -22,12 +22,15 @@ class Paint:
     """What one material slot looks like: its colour (linear, with opacity) and the rest. `is_solid` False: there is no surface at all.
 
     `varied`: the colours where what varies over the surface (a picture, an attribute) is black and where it is white.
+    `name` and `index`: what the author calls the material.
     """
 
     color: Color = DEFAULT_COLOR
     look: Look = COATED
     is_solid: bool = True
     varied: tuple[Color, Color] | None = None
+    name: str = ""
+    index: int = 0
 
     def where(self, varying: np.ndarray) -> Paint:
         """The paint where what varies has a linear colour (3,): nodes that multiply and mix are linear in it."""
@@ -50,6 +53,11 @@ def paint_of(material: bpy.types.Material | None, ob: bpy.types.Object | None = 
     """The paint of a material on an object (None: one that asks nothing of it), from its node tree; without nodes its viewport colour."""
     if material is None:
         return Followed(Paint())
+    found = _followed(material, ob, random)
+    return replace(found, paint=replace(found.paint, name=material.name, index=material.pass_index))
+
+
+def _followed(material: bpy.types.Material, ob: bpy.types.Object | None, random: float) -> Followed:
     if material.node_tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
         return Followed(Paint(tuple(material.diffuse_color), plain_look(material)))
     output = material.node_tree.get_output_node("ALL")

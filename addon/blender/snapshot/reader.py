@@ -124,8 +124,8 @@ class Collected:
         session, rows = self.session, self.rows
         session.prepare_pending()
         rows.keep(session.is_drawable(rows))
-        meshes, instances, looks = _instances(rows, session.content, session.known)
-        scene = Scene(meshes, instances, tuple(rows.names), np.zeros(3), looks=looks)
+        meshes, instances, looks, materials = _instances(rows, session.content, session.known)
+        scene = Scene(meshes, instances, tuple(rows.names), np.zeros(3), looks=looks, materials=materials)
         origin = local_origin(scene.bounds_ws()) if len(instances) else np.zeros(3)
         moved = np.array(instances.world_from_object)
         moved[:, :3, 3] -= origin
@@ -136,6 +136,8 @@ class Collected:
             lights=tuple(_moved(light, origin) for light in rows.lights),
             warnings=(*rows.warnings, *session.warnings()),
             marks=tuple(rows.marks),
+            object_index=np.array(rows.indices, dtype=np.int32) if rows.indices else None,
+            mist=rows.mist,
             links={name: tuple(one.left_out(rows.names) for one in both) for name, both in rows.links.items()},
         )
 
@@ -236,12 +238,16 @@ def local_origin(bounds_ws: np.ndarray) -> np.ndarray:
 
 def _instances(
     rows: Rows, content: dict[ContentKey, Prepared], known: dict[Number, ContentKey | None]
-) -> tuple[tuple[Mesh, ...], Instances, np.ndarray]:
-    """Rows times their material slots that are surfaces, and the looks. Equal content from several datablocks becomes one mesh."""
+) -> tuple[tuple[Mesh, ...], Instances, np.ndarray, tuple[tuple[str, int], ...]]:
+    """Rows times their material slots that are surfaces, the looks and the materials' names.
+
+    Equal content from several datablocks becomes one mesh.
+    """
     meshes: list[Mesh] = []
     first_of: dict[object, int] = {}
-    slots, mesh_of, colors, counts, offsets, looks = [], [], [], [], [], []
+    slots, mesh_of, colors, counts, offsets, looks, materials = [], [], [], [], [], [], []
     look_of: dict[Look, int] = {}
+    material_of: dict[tuple[str, int], int] = {}
     for kind in rows.kinds:
         key = known[kind.number]
         prepared = content[key]
@@ -256,24 +262,32 @@ def _instances(
         paints = [kind.paint(prepared.slots[i]) for i in solid]
         colors.extend(paint.color for paint in paints)
         looks.extend(look_of.setdefault(paint.look, len(look_of)) for paint in paints)
+        materials.extend(material_of.setdefault((paint.name, paint.index), len(material_of)) for paint in paints)
     of_entry = Entries(
         np.array(mesh_of, dtype=np.int32),
         np.array(slots, dtype=np.int32),
         np.array(colors, dtype=np.float32).reshape(-1, 4),
         np.array(looks, dtype=np.int32),
+        np.array(materials, dtype=np.int32),
     )
     numbers = np.array([look.numbers() for look in look_of or (PLAIN,)])
-    return tuple(meshes), _expanded(rows, np.array(counts, dtype=np.int64), np.array(offsets).reshape(-1, 3), of_entry), numbers
+    return (
+        tuple(meshes),
+        _expanded(rows, np.array(counts, dtype=np.int64), np.array(offsets).reshape(-1, 3), of_entry),
+        numbers,
+        tuple(material_of) or (("", 0),),
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Entries:
-    """One for each kind and material slot: its mesh, slot, colour and look."""
+    """One for each kind and material slot: its mesh, slot, colour, look and material."""
 
     meshes: np.ndarray
     slots: np.ndarray
     colors: np.ndarray
     looks: np.ndarray
+    materials: np.ndarray
 
 
 def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, of: Entries) -> Instances:
@@ -285,7 +299,9 @@ def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, of: Entries) 
     matrices = rows.matrices.copy()
     matrices[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], offsets[kind])
     flags = np.array(rows.flags, dtype=np.uint8)[object_id] if rows.flags else None
-    return Instances(of.meshes[entry], matrices[object_id], object_id, of.slots[entry], of.colors[entry], of.looks[entry], flags)
+    return Instances(
+        of.meshes[entry], matrices[object_id], object_id, of.slots[entry], of.colors[entry], of.looks[entry], flags, of.materials[entry]
+    )
 
 
 def _cameras(rows: Rows, depsgraph: bpy.types.Depsgraph, size: tuple[int, int], origin: np.ndarray) -> tuple[tuple[Camera, ...], list[str]]:

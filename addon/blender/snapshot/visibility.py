@@ -55,6 +55,13 @@ def _any_switch() -> bool:
     return False
 
 
+def any_index() -> bool:
+    """Whether any object has a Pass Index."""
+    values = np.empty(len(bpy.data.objects), dtype=np.int32)
+    bpy.data.objects.foreach_get("pass_index", values)
+    return bool(values.any())
+
+
 def _any_animated() -> bool:
     """Whether an action or a driver moves such a switch."""
     paths = {curve.data_path for action in bpy.data.actions for curve in curves_of(action)}

@@ -32,7 +32,8 @@ MOST_FOLLOWED = 64
 
 
 class ShadeTarget:
-    """`combined` RGBA32F; with `data` also errors (m, m_x, m_z, light), normal (xyz, view depth) and ids (object, map).
+    """`combined` RGBA32F; with `data` also errors (m, m_x, m_z, light), normal (xyz, view depth) and ids (object, map,
+    instance row, 0).
 
     `holds` says what was shaded last, by whoever can say; None as soon as anything is.
     """
@@ -45,7 +46,7 @@ class ShadeTarget:
             self.textures += [
                 context.texture(size, 4, dtype="f4"),
                 context.texture(size, 4, dtype="f4"),
-                context.texture(size, 2, dtype="i4"),
+                context.texture(size, 4, dtype="i4"),
             ]
         self.framebuffer = context.framebuffer(self.textures)
 

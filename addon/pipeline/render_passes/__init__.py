@@ -13,8 +13,10 @@ PASSES = tuple(RENDER_PASSES)
 USUAL_PASSES = tuple(name for name, row in RENDER_PASSES.items() if row.is_usual)
 """Those that are written where nobody names any."""
 DATA_PASSES = tuple(name for name, row in RENDER_PASSES.items() if row.is_data)
-ENGINE_PASSES = tuple(row.name for row in sorted((row for row in RENDER_PASSES.values() if row.blender), key=lambda row: row.blender.place))
-"""Those that Blender's render layers get, in their order there."""
+LAYER_PASSES = tuple(row.name for row in sorted((row for row in RENDER_PASSES.values() if row.blender), key=lambda row: row.blender.place))
+"""Those that Blender's render layers can have, in their order there."""
+ENGINE_PASSES = tuple(name for name in LAYER_PASSES if RENDER_PASSES[name].is_usual)
+"""Those of them that every picture is made with, shown or not."""
 
 
 def pass_named(name: str) -> RenderPass:

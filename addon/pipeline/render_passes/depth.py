@@ -22,5 +22,5 @@ ROW = RenderPass(
     make=make,
     picture=lambda passes: depth_picture(passes["depth"]),
     channels=floats("Z"),
-    blender=BlenderPass("Depth", "Z", "VALUE", 1, lambda image: np.where(np.isfinite(image), image, NOTHING_HERE)),
+    blender=BlenderPass("Depth", "Z", "VALUE", 1, lambda image: np.where(np.isfinite(image), image, NOTHING_HERE), "use_pass_z"),
 )

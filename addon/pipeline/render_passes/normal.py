@@ -21,5 +21,5 @@ ROW = RenderPass(
     make=lambda shaded: np.ascontiguousarray(shaded.normals[..., :3]),
     picture=picture,
     channels=floats("RGB"),
-    blender=BlenderPass("Normal", "XYZ", "VECTOR", 2),
+    blender=BlenderPass("Normal", "XYZ", "VECTOR", 2, flag="use_pass_normal"),
 )

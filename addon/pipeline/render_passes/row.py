@@ -16,7 +16,7 @@ class ShadedImages:
 
     `combined` (h, w, 4), None unless asked for. At pixel centres, None unless a data pass is asked for: `errors` (h, w, 4) m, m_x, m_z (−1
     where there is no surface or no map) and the light that the shadow lets through; `normals` (h, w, 4) world normal and view depth; `ids`
-    (h, w, 2) object and shadow map, −1 for none. `shadow_maps` reads their depths (k, N, N); None where there is no light.
+    (h, w, 4) object, shadow map and instance row, −1 for none. `shadow_maps` reads their depths (k, N, N); None where there is no light.
     """
 
     job: Job
@@ -35,13 +35,16 @@ def untouched(image: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True, slots=True)
 class BlenderPass:
     """A pass as Blender's render layers have it: `name`, a letter per channel (`channels`), `kind` 'COLOR', 'VECTOR' or 'VALUE'; `place`
-    among them. `shown` makes the float image that Blender gets: it has no infinities and no NaN."""
+    among them. `shown` makes the float image that Blender gets: it has no infinities and no NaN. `flag`: the view layer's switch; None: it
+    always comes. `old_name` before Blender 5."""
 
     name: str
     channels: str
     kind: str
     place: int
     shown: Callable[[np.ndarray], np.ndarray] = untouched
+    flag: str | None = None
+    old_name: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,6 +68,11 @@ class RenderPass:
     blender: BlenderPass | None = None
     is_data: bool = True
     is_usual: bool = True
+
+
+def materials_seen(shaded: ShadedImages) -> np.ndarray:
+    """(h, w) indices into `Scene.materials`, −1 where there is no surface."""
+    return np.where(shaded.ids[..., 0] < 0, -1, shaded.job.scene.instances.material[shaded.ids[..., 2]])
 
 
 def floats(channels: str) -> Callable[[np.ndarray], dict[str, np.ndarray]]:

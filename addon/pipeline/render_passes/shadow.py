@@ -14,5 +14,5 @@ ROW = RenderPass(
     make=lambda shaded: np.ascontiguousarray(shaded.errors[..., 3]),
     picture=lambda passes: byte_picture(passes["shadow"]),
     channels=floats("Y"),
-    blender=BlenderPass("Shadow", "X", "VALUE", 3),
+    blender=BlenderPass("Shadow", "X", "VALUE", 3, flag="use_pass_shadow"),
 )
