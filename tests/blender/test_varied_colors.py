@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from addon.blender.snapshot.reader import SceneReader
-from addon.blender.snapshot.varied import BITS, MOST, SHIFT, slot_and_color
+from addon.blender.snapshot.varied import BITS, MOST, SHIFT, slot_and_color, subdivision
 from addon.images.srgb import linear_from_srgb
 
 
@@ -81,6 +81,18 @@ def test_a_picture_is_seen_where_it_lies(blend):
     assert count == 4
 
 
+def test_a_picture_on_two_triangles_is_seen_pixel_by_pixel(blend):
+    pixels = np.zeros((8, 8, 4))
+    pixels[..., 3] = 1.0
+    pixels[::2, ::2, 0] = pixels[1::2, 1::2, 0] = 1.0
+    grid(blend, 1, picture(pixels))
+    middles, colors, count, _, _ = pieces(blend)
+    own = pixels[(middles[:, 1] * 8).astype(int), (middles[:, 0] * 8).astype(int), :3]
+    assert len(middles) == 2 * 4**3
+    assert count == 2
+    assert (np.abs(colors - own).max(axis=1) < 0.01).mean() > 0.8
+
+
 def test_nodes_between_change_each_colour_as_they_change_the_mean(blend):
     def tinted(bpy, tree, mesh):
         source = color_attribute(lambda x, _: (x, x, x))(bpy, tree, mesh)
@@ -123,3 +135,30 @@ def test_a_slot_with_a_colour_says_both():
         assert number == slot
         assert np.allclose(np.sqrt(color) * 31, [code >> 10, code >> 5 & 31, code & 31])
     assert slot_and_color(7) == (7, None)
+
+
+def test_a_colour_that_varies_within_one_triangle_is_seen_to(blend):
+    bpy = blend
+    mesh = bpy.data.meshes.new("triangle")
+    mesh.from_pydata([(-0.5, -0.5, 0), (0.5, -0.5, 0), (-0.5, 0.5, 0)], [], [(0, 1, 2)])
+    bpy.context.collection.objects.link(bpy.data.objects.new("triangle", mesh))
+    material = bpy.data.materials.new("varied")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    mesh.materials.append(material)
+    source = color_attribute(lambda x, y: (x, y, 0.0), "CORNER")(bpy, material.node_tree, mesh)
+    shader = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    material.node_tree.links.new(source, shader.inputs["Base Color"])
+    middles, colors, count, slots, _ = pieces(blend)
+    wanted = np.stack([middles[:, 0], middles[:, 1], 0 * middles[:, 0]], axis=1)
+    assert len(middles) == 4**4
+    assert np.abs(np.sqrt(colors) - np.sqrt(wanted)).max() < 0.12
+    assert slots == {0}
+
+
+@pytest.mark.parametrize("level", range(4))
+def test_parts_of_a_triangle_cover_it_once(level):
+    parts = subdivision(level) @ np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    a, b, c = parts[:, 0], parts[:, 1], parts[:, 2]
+    areas = ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+    assert np.allclose(areas, 0.5 / 4**level)

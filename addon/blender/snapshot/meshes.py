@@ -12,7 +12,7 @@ import numpy as np
 
 from ...scene.cad_model import CREASED
 from ...scene.mesh_pieces import RawMesh
-from .varied import Sources, with_colors
+from .varied import Sources, tinted
 
 
 def read_object(ob: bpy.types.Object, sources: Sources = ()) -> RawMesh | None:
@@ -47,18 +47,25 @@ def read_mesh(mesh: bpy.types.Mesh, is_creased: bool = False, sources: Sources =
     vertex = np.empty(corners, dtype=np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", vertex)
     loops, face = _triangulation(mesh, corners, faces)
-    slots = with_colors(mesh, sources, vertex, loops, _slots(mesh, face)) if sources else _slots(mesh, face)
     triangles = vertex.reshape(-1, 3) if loops is None else vertex[loops]
+    raw = RawMesh(positions, triangles, _slots(mesh, face), *_shading(mesh, loops, triangles, is_creased))
+    return tinted(mesh, sources, raw, vertex, loops) if sources else raw
+
+
+def _shading(
+    mesh: bpy.types.Mesh, loops: np.ndarray | None, triangles: np.ndarray, is_creased: bool
+) -> tuple[np.ndarray | None, float | None]:
+    """The corner normals (T, 3, 3), if the mesh has such, and its own crease angle."""
     domain = "CORNER" if mesh.has_custom_normals or _has_sharp_edges(mesh) else mesh.normals_domain
     if domain == "FACE":
-        return RawMesh(positions, triangles, slots, crease_rad=None if is_creased else 0.0)
+        return None, None if is_creased else 0.0
     if domain == "POINT":
         normals = np.empty((len(mesh.vertices), 3), dtype=np.float32)
         mesh.vertex_normals.foreach_get("vector", normals.reshape(-1))
-        return RawMesh(positions, triangles, slots, normals[triangles], pi)
-    normals = np.empty((corners, 3), dtype=np.float32)
+        return normals[triangles], pi
+    normals = np.empty((len(mesh.loops), 3), dtype=np.float32)
     mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
-    return RawMesh(positions, triangles, slots, normals.reshape(-1, 3, 3) if loops is None else normals[loops], pi)
+    return normals.reshape(-1, 3, 3) if loops is None else normals[loops], pi
 
 
 def _has_sharp_edges(mesh: bpy.types.Mesh) -> bool:

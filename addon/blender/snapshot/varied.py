@@ -6,15 +6,19 @@ alone says the colour. As many bits count as leave at most `MOST` colours in a m
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import ceil, log2
 from typing import NamedTuple
 
 import bpy
 import numpy as np
 
+from ...scene.mesh_pieces import RawMesh
 from .pictures import pixels_of
 from .vertex_colors import corner_attribute
 
-SHIFT, BITS, MOST = 1 << 12, 5, 96
+SHIFT, BITS, MOST = 1 << 12, 5, 256
+MOST_TRIANGLES, MOST_LEVEL, FINE_STEPS = 1 << 15, 6, 16.0
 COLOR_NODES = ("VERTEX_COLOR", "ATTRIBUTE")
 
 
@@ -72,37 +76,95 @@ def _uv_map(node: bpy.types.Node) -> str | None:
     return "" if before.type == "TEX_COORD" and vector.links[0].from_socket.name == "UV" else None
 
 
-def with_colors(
-    mesh: bpy.types.Mesh, sources: Sources, vertex: np.ndarray, loops: np.ndarray | None, slots: np.ndarray | None
-) -> np.ndarray | None:
-    """(T,) the slots, with a colour where their material varies. `vertex` (C,) of each corner, `loops` (T, 3) corners or None: in order."""
-    count = len(vertex) // 3 if loops is None else len(loops)
+def tinted(mesh: bpy.types.Mesh, sources: Sources, raw: RawMesh, vertex: np.ndarray, loops: np.ndarray | None) -> RawMesh:
+    """A mesh's arrays with slots that tell the colours where its materials vary; `vertex` (C,) of each corner, `loops` (T, 3) the corners
+    of each triangle, None: in order. Triangles within which a colour varies are cut into smaller ones, as far as `MOST_TRIANGLES` allow."""
+    count = len(raw.triangles)
     corners = np.arange(3 * count).reshape(-1, 3) if loops is None else loops
-    out = np.zeros(count, np.int32) if slots is None else slots.copy()
-    own = np.minimum(out, max(len(mesh.materials) - 1, 0))
+    slots = np.zeros(count, np.int32) if raw.slots is None else raw.slots.copy()
+    own = np.minimum(slots, max(len(mesh.materials) - 1, 0))
+    whole, pieces = np.ones(count, bool), []
     for slot, source in sources:
         chosen = np.flatnonzero(own == slot)
-        colors = _colors(mesh, source, vertex, corners[chosen]) if len(chosen) else None
-        if colors is not None:
-            codes = _codes(colors)
-            if (codes != codes[0]).any():
-                out[chosen] = slot + SHIFT * (1 + codes)
-    return out if slots is not None or out.any() else None
+        values = _values(mesh, source, vertex) if len(chosen) else None
+        if values is None:
+            continue
+        inner = values[corners[chosen]]
+        parts = subdivision(_level(source, inner))
+        codes = _codes(_colors(source, np.einsum("mc,tck->tmk", parts.mean(axis=1), inner).reshape(-1, inner.shape[2])))
+        if not (codes != codes[0]).any():
+            continue
+        if len(parts) == 1:
+            slots[chosen] = slot + SHIFT * (1 + codes)
+        else:
+            whole[chosen] = False
+            pieces.append((chosen, parts, slot + SHIFT * (1 + codes)))
+    if pieces:
+        return _cut(replace(raw, slots=slots), whole, pieces)
+    return replace(raw, slots=slots) if slots.any() else raw
 
 
-def _colors(mesh: bpy.types.Mesh, source: Source, vertex: np.ndarray, corners: np.ndarray) -> np.ndarray | None:
-    """(T, 3) linear colour of each triangle: the mean of its corners, or the picture at its middle."""
+def subdivision(level: int) -> np.ndarray:
+    """(4 ** level, 3, 3) float32 the barycentric coordinates of the corners of the triangles that midpoints cut a triangle into."""
+    parts = np.eye(3, dtype=np.float32)[None]
+    for _ in range(level):
+        a, b, c = parts[:, 0], parts[:, 1], parts[:, 2]
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        parts = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+    return parts
+
+
+def _level(source: Source, inner: np.ndarray) -> int:
+    """How often to cut triangles with values (T, 3, k) at their corners: until a colour changes by less than a step, or a picture by less
+    than a pixel, as long as there are not too many."""
+    widest = float(np.abs(inner - np.roll(inner, 1, axis=1)).max())
     if source.image is None:
-        values = corner_attribute(mesh, source.attribute, vertex)
-        return None if values is None else values[corners].mean(axis=1)
-    pixels = pixels_of(source.image)
+        wanted = widest * FINE_STEPS
+    else:
+        wanted = widest * max(pixels_of(source.image).shape[:2])
+    most = log2(max(MOST_TRIANGLES / len(inner), 1.0)) / 2.0
+    return int(min(ceil(log2(max(wanted, 1.0))), most, MOST_LEVEL))
+
+
+def _cut(raw: RawMesh, whole: np.ndarray, pieces: list[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> RawMesh:
+    """The arrays with triangles replaced by their parts: (which, barycentric corners of the parts, slots of all parts)."""
+    positions, triangles, slots, first = [raw.positions], [raw.triangles[whole]], [raw.slots[whole]], len(raw.positions)
+    normals = None if raw.corner_normals is None else [raw.corner_normals[whole]]
+    for chosen, parts, own in pieces:
+        points = np.einsum("mpc,tck->tmpk", parts, raw.positions[raw.triangles[chosen]]).reshape(-1, 3)
+        positions.append(points)
+        triangles.append(np.arange(first, first + len(points), dtype=np.int32).reshape(-1, 3))
+        first += len(points)
+        slots.append(own)
+        if normals is not None:
+            inner = np.einsum("mpc,tck->tmpk", parts, raw.corner_normals[chosen]).reshape(-1, 3, 3)
+            normals.append(inner / np.maximum(np.linalg.norm(inner, axis=2, keepdims=True), np.float32(1e-6)))
+    joined = None if normals is None else np.concatenate(normals).astype(np.float32)
+    arrays = [np.concatenate(one) for one in (positions, triangles, slots)]
+    return replace(
+        raw, positions=arrays[0].astype(np.float32), triangles=arrays[1], slots=arrays[2].astype(np.int32), corner_normals=joined
+    )
+
+
+def _values(mesh: bpy.types.Mesh, source: Source, vertex: np.ndarray) -> np.ndarray | None:
+    """(C, k) what each corner has: a colour, or the place in the picture; None where it is not there."""
+    if source.image is None:
+        return corner_attribute(mesh, source.attribute, vertex)
     layer = mesh.uv_layers.get(source.uv) if source.uv else mesh.uv_layers.active
-    if pixels is None or layer is None:
+    if pixels_of(source.image) is None or layer is None:
         return None
     flat = np.empty(2 * len(vertex), np.float32)
     layer.data.foreach_get("uv", flat)
-    middle = np.nan_to_num(flat.reshape(-1, 2))[corners].mean(axis=1, dtype=np.float64)
-    place = ((middle - np.floor(middle)) * [pixels.shape[1], pixels.shape[0]]).astype(np.int64)
+    return np.nan_to_num(flat.reshape(-1, 2))
+
+
+def _colors(source: Source, values: np.ndarray) -> np.ndarray:
+    """(N, 3) linear colours of values: themselves, or the picture there, which repeats."""
+    if source.image is None:
+        return values
+    pixels = pixels_of(source.image)
+    within = values.astype(np.float64)
+    place = ((within - np.floor(within)) * [pixels.shape[1], pixels.shape[0]]).astype(np.int64)
     return pixels[np.minimum(place[:, 1], len(pixels) - 1), np.minimum(place[:, 0], pixels.shape[1] - 1), :3]
 
 
