@@ -14,7 +14,6 @@ from addon.maths.tables import rows_of
 from addon.maths.warping import formulas
 from addon.maths.warping import row as warping_row
 from addon.pipeline.gl.programs import SHADER_DIR, source
-from addon.pipeline.passes import gbuffer
 from addon.pipeline.render_passes import row as pass_row
 from addon.settings.options import OPTIONS
 from addon.settings.shadowing import SHADOW_TESTS
@@ -78,4 +77,7 @@ def test_the_examples_of_the_documentation_are_rows():
     splits = scheme.splits(partitioning_row.DividedView(1.0, 100.0, 4, 0.5, 0.5, None, None))
     assert (np.diff(splits) > 0.0).all() and np.allclose(splits[[0, -1]], (1.0, 100.0))
     assert isinstance(example("a shadow test", test_row), test_row.ShadowTest)
-    assert isinstance(example("a pass", pass_row, data_pictures, gbuffer), pass_row.RenderPass)
+    slope = example("a pass", pass_row, data_pictures)
+    normals, ids = np.array([[[0.0, 0.0, 1.0, 2.0], [0.0, -1.0, 0.0, 2.0], [0.0] * 4]]), np.array([[[0, 0, 0, 0], [0, 0, 0, 0], [-1] * 4]])
+    image = slope.make(pass_row.ShadedImages(None, None, None, normals, ids, None))
+    assert np.allclose(image, [[0.0, 90.0, 0.0]]) and slope.picture({"slope": image}).tolist() == [[0, 128, 0]]
