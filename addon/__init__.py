@@ -14,12 +14,27 @@ from .blender.registering import attach, detach, is_python_module
 def _parts() -> tuple[ModuleType, ...]:
     """What registers itself with Blender, in order."""
     from . import operators
-    from .blender import changes, engine, hud, panels, preferences, presets, properties, session, sun_properties, viewport
+    from .blender import (
+        changes,
+        engine,
+        hud,
+        panels,
+        preferences,
+        presets,
+        properties,
+        section_properties,
+        session,
+        sun_properties,
+        viewport,
+    )
     from .blender.hud import impostor_overlay, map_overlay
     from .blender.impostors import marks
     from .cli import blender_command
 
-    settings, drawn = (preferences, sun_properties, properties, marks, changes, session), (map_overlay, hud, impostor_overlay)
+    settings, drawn = (
+        (preferences, sun_properties, section_properties, properties, marks, changes, session),
+        (map_overlay, hud, impostor_overlay),
+    )
     return *settings, engine, viewport, operators, presets, *drawn, panels, blender_command
 
 

@@ -21,11 +21,11 @@ FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
     "addon/blender": "animation < cad_materials changes clip_range lettering own_images preferences redraw registering render_wish"
-    " snapshot textures < cad_import sun_properties < inputs presets light_kind properties rendering < image_editor sources < impostors"
-    " live_scene session < panels viewport < engine hud < __init__",
+    " snapshot textures < cad_import section_properties sun_properties < inputs presets light_kind properties rendering"
+    " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
-    "addon/blender/panels": "compatible layer_passes placing words < impostors < settings < quality < advice < __init__",
+    "addon/blender/panels": "chosen compatible layer_passes placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras light_links lights pictures random_numbers vertex_colors visibility < nodes varied < meshes shaders"
     " < materials world < instances < marks < reader < __init__",
@@ -43,26 +43,28 @@ FLOORS = {
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
-    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < render_passes < renderer"
+    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < overlay render_passes < renderer"
     " < timing < bake bare_passes remote < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < tiles < capture < ahead draw sights < views < life < shadows < __init__",
-    "addon/pipeline/passes": "large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
-    " < shadow < shade < samples < __init__",
+    "addon/pipeline/passes": "fill large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
+    " < shadow < caps edges shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
-    "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view"
-    " local_origin mesh_pieces < asked_view cad platform_deck < reading < __init__",
+    "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view ground"
+    " local_origin mesh_pieces < asked_view cad platform_deck section < reading < __init__",
     "addon/scene/cad": "ears < colors companions losses obj_lines polygons raw step_text text_numbers units < cad_format gltf_document"
     " mtl ply_elements step_structure < gltf_look step_shapes < gltf_primitives < * < assemble iges sniff step < formats < __init__",
     "addon/scene/reading": "limits wire < process child < apart < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
-    "addon/settings": "shadowing < groups < option versions words < impostor_options < options < combinations < __init__",
+    "addon/scene/section": "clip closed < caps < cut < __init__",
+    "addon/settings": "shadowing stage < groups < option versions words < impostor_options stage_options < options"
+    " < combinations looks < __init__",
     "addon/settings/shadowing": "row < * < __init__",
-    "addon/studies": "diagnostics legends map_outlines pending report scratch stopping terminal < run < advice error_graph light_view"
-    " outputs sun truth < impostors < __init__",
+    "addon/studies": "diagnostics legends map_outlines pending report scratch staged stopping terminal < run < advice error_graph"
+    " light_view outputs sun truth < impostors < __init__",
     "addon/studies/advice": "candidates goal sampled_frame < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
     "addon/studies/sun": "moments < pictures < __init__",

@@ -6,6 +6,7 @@ Sources: `addon.settings.options` (names, ranges, tooltips) and the parser of `a
     <!-- choices: warp -->  …  <!-- end -->          one row per choice of an option
     <!-- presets: all -->  …  <!-- end -->           one row per preset that is shipped
     <!-- passes: all -->  …  <!-- end -->            one row per pass
+    <!-- looks: all -->  …  <!-- end -->             one row per look
     <!-- formats: all -->  …  <!-- end -->           one row per format of CAD files
 
 and what stands between is replaced. `docs/command_line.md` is made whole. Not here: any word about what an option does.
@@ -22,13 +23,14 @@ from pathlib import Path
 from addon.cli.parser import build_parser
 from addon.pipeline.render_passes import RENDER_PASSES
 from addon.scene.cad.formats import FORMATS
+from addon.settings.looks import LOOKS
 from addon.settings.option import Option
 from addon.settings.options import BY_NAME
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "blender" / "presets" / "cad_shadow_preview"
 COMMAND_LINE = DOCS / "command_line.md"
-MARKED = re.compile(r"(<!-- (options|choices|presets|passes|formats): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+MARKED = re.compile(r"(<!-- (options|choices|presets|passes|formats|looks): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 UNITS = {"m": " m", "texel": " texels"}
 
 COMMAND_LINE_HEAD = """# Command line
@@ -113,6 +115,15 @@ def preset_table(_names: list[str]) -> str:
     return table(("Preset", "For", "Sets"), rows)
 
 
+def look_table(_names: list[str]) -> str:
+    """What one sees with each look, and the options that it sets."""
+    rows = []
+    for look in LOOKS.values():
+        values = ", ".join(f"`{name} = {value!r}`" for name, value in look.values.items())
+        rows.append((f"**{look.label}**", look.text, values or "the defaults"))
+    return table(("Look", "What one sees", "Sets"), rows)
+
+
 def pass_table(_names: list[str]) -> str:
     """The passes: name, the array in a result and in .npz, what it holds, and what Blender's render layers call it."""
     rows = []
@@ -133,7 +144,14 @@ def format_table(_names: list[str]) -> str:
 
 def filled(text: str) -> str:
     """A page with every marked table made anew."""
-    makers = {"options": option_table, "choices": choice_table, "presets": preset_table, "passes": pass_table, "formats": format_table}
+    makers = {
+        "options": option_table,
+        "choices": choice_table,
+        "presets": preset_table,
+        "passes": pass_table,
+        "formats": format_table,
+        "looks": look_table,
+    }
     return MARKED.sub(lambda m: f"{m[1]}\n{makers[m[2]](m[3].split())}\n{m[4]}", text)
 
 

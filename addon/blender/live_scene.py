@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Future
+from functools import partial
 
 import bpy
 
@@ -11,6 +12,7 @@ from ..scene.local_origin import based_near
 from ..scene.records import Scene
 from ..studies.impostors.asked import choice_of
 from ..studies.run import on_worker
+from ..studies.staged import is_ready, key_of, prepared, staged
 from .snapshot import Collected, camera_from_region
 from .sources import SLICE_S, light_for, settings_of, view_reader
 
@@ -28,6 +30,7 @@ class LiveScene:
         self._is_stale = True
         self.is_unfinished = False  # Blender's part takes more slices: `job` has to be called again
         self._reading: tuple[Collected, Future[tuple[Scene, bytes]]] | None = None
+        self._staging: Future[object] | None = None
 
     def mark_changed(self) -> None:
         """The next `job` reads again."""
@@ -50,6 +53,9 @@ class LiveScene:
             if collected is not None:
                 collected.rows.cameras.clear()  # nothing of Blender's goes to another thread
                 self._reading = collected, on_worker(lambda: _finished(collected))
+        if self.is_newly_staged:
+            self._staging.result()
+            self._staging = None
         if self._scene is None:
             return None
         self._scene.bounds_ws()  # says so when there is nothing
@@ -59,7 +65,21 @@ class LiveScene:
         self._scene, camera, light = based_near(self._scene, camera, light)
         scene = self._scene.lit_by(light)
         impostors = choice_of(self._scene, settings.impostor)
-        return Job(scene, camera, light, settings, size, measure=False, impostors=impostors, name="viewport")
+        job = Job(scene, camera, light, settings, size, measure=False, impostors=impostors, name="viewport")
+        return staged(job) if self._is_staged(job) else None
+
+    def _is_staged(self, job: Job) -> bool:
+        """Whether sections are cut and ground is laid for this job; if not, the worker is asked to."""
+        if is_ready(job.scene, job.camera, job.settings):
+            return True
+        if self._staging is None or self._staging.done():
+            self._staging = on_worker(partial(prepared, job.scene, key_of(job.scene, job.camera, job.settings)))
+        return False
+
+    @property
+    def is_newly_staged(self) -> bool:
+        """True when the worker has cut a scene that `job` has not used yet."""
+        return self._staging is not None and self._staging.done()
 
     def _take_over(self) -> None:
         """Use the scene that the worker has finished, if it has."""

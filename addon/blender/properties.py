@@ -6,7 +6,7 @@ script or an operator sets it; without an `update` Blender does so only for what
 
 from __future__ import annotations
 
-from math import pi
+from math import atan2, cos, hypot, pi, sin
 
 import bpy
 import numpy as np
@@ -25,6 +25,7 @@ from ..settings.versions import STRENGTH_1, light_since_1
 from ..settings.versions import VERSION as SETTINGS_VERSION
 from .animation import curves_of
 from .redraw import on_change
+from .section_properties import NAMES, CadShadowSection, planes_of
 from .sun_properties import CadShadowSun
 
 FLOAT_MAX = 3.4e38
@@ -104,6 +105,12 @@ def _is_light(_settings: object, candidate: bpy.types.Object) -> bool:
     return candidate.type == "LIGHT" and candidate.data.type != "AREA"
 
 
+def _turn_light(props: CadShadowSettings, azimuth_rad: float, elevation_rad: float) -> None:
+    """Set the light's direction by its angles. Straight up there is a little left of the azimuth, so that it is kept."""
+    across = max(cos(elevation_rad), 1e-4)
+    props.light_direction = (across * cos(azimuth_rad), across * sin(azimuth_rad), sin(elevation_rad))
+
+
 class CadShadowSettings(bpy.types.PropertyGroup):
     """Everything CAD Shadow Preview needs to know beside the scene's objects; `settings_from` turns it into checked `Settings`."""
 
@@ -139,6 +146,27 @@ class CadShadowSettings(bpy.types.PropertyGroup):
             soft_max=1.0,
             update=on_change,
         ),
+        "light_azimuth": FloatProperty(
+            name="Azimuth",
+            description="Where the light comes from round the model: 0 from the right (X), 90 from behind (Y)",
+            subtype="ANGLE",
+            min=-2.0 * pi,
+            max=2.0 * pi,
+            options=set(),
+            get=lambda self: atan2(self.light_direction[1], self.light_direction[0]),
+            set=lambda self, value: _turn_light(self, value, self.light_elevation),
+        ),
+        "light_elevation": FloatProperty(
+            name="Elevation",
+            description="How high the light stands over the horizon",
+            subtype="ANGLE",
+            min=-pi / 2.0,
+            max=pi / 2.0,
+            options=set(),
+            get=lambda self: atan2(self.light_direction[2], hypot(*self.light_direction[:2])),
+            set=lambda self, value: _turn_light(self, self.light_azimuth, value),
+        ),
+        **{name: PointerProperty(name="Section", description="A section plane", type=CadShadowSection) for name in NAMES},
         "sun": PointerProperty(name="Sun", description="Place and time of the scene's sun", type=CadShadowSun),
     }
 
@@ -187,7 +215,7 @@ def settings_from(props: CadShadowSettings) -> Settings:
         values["alpha"] = values["alpha"][:1]
     if values["warp_parameter"] is not None:
         values["eta"] = None
-    return with_options(Settings(), values)
+    return with_options(Settings(), values).replaced(section={"planes": planes_of(props)})
 
 
 def store(props: CadShadowSettings, values: dict[str, object]) -> None:

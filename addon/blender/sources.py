@@ -22,6 +22,7 @@ from ..scene.records import Scene
 from ..settings.groups import Settings
 from ..studies.impostors.asked import choice_of
 from ..studies.run import on_worker
+from ..studies.staged import seeing_ground, staged
 from .light_kind import remember
 from .properties import settings_from
 from .render_wish import NO_CAMERA, RenderWish, active_wish, isometric
@@ -65,7 +66,8 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     passes = tuple(dict.fromkeys((*ENGINE_PASSES, *switched, *wish.passes)))
     scene, camera, light = based_near(scene.lit_by(light), camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
-    return Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings)
+    job = staged(Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings))
+    return replace(job, camera=seeing_ground(camera, job.scene)) if wish.camera is not None or blender_scene.camera is None else job
 
 
 def _space_of_view(context: bpy.types.Context) -> bpy.types.SpaceView3D | None:
@@ -140,7 +142,7 @@ class ViewReading:
         light, light_warnings = light_for(context.scene.cad_shadow, scene, camera)
         settings, world_warnings = surrounded(settings_from(context.scene.cad_shadow), context.scene, context.view_layer)
         scene, camera, light = based_near(scene.lit_by(light), camera, light)
-        return Job(
+        job = Job(
             scene,
             camera,
             light,
@@ -152,6 +154,7 @@ class ViewReading:
             sync_ms=self._seconds * 1e3,
             warnings=(*scene.warnings, *camera_warnings, *light_warnings, *world_warnings),
         )
+        return staged(job)
 
 
 def _viewport(context: bpy.types.Context) -> bpy.types.Area | None:

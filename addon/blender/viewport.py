@@ -174,7 +174,7 @@ class LiveView:
     @property
     def needs_redraw(self) -> bool:
         """True when a picture is waiting to be shown, or the coarse one shown may now be refined."""
-        if self._is_waiting or self._scene.is_read or self._scene.is_unfinished:
+        if self._is_waiting or self._scene.is_read or self._scene.is_unfinished or self._scene.is_newly_staged:
             return not self._is_waiting or libraries_ready()
         if self._pending is not None:
             return self._pending[1].done()

@@ -143,3 +143,23 @@ def numbers_of(option: Option) -> Callable[[str], tuple[float, ...]]:
 def number_of(option: Option) -> Callable[[str], float]:
     """A parser of the option's number that checks its range. How large a map may be is for the machine to say."""
     return between(option.low, inf if option.name == "map_size" else option.high, option.kind == "count")
+
+
+def ground_word(text: str) -> str | float:
+    """`auto`, `off`, or a height in metres."""
+    if text in ("auto", "off"):
+        return text
+    try:
+        return finite(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is neither auto, off, nor a height in metres") from None
+
+
+def section_plane(text: str) -> tuple[float, ...]:
+    """Six numbers: a point of a plane and its normal."""
+    values = tuple(finite(part) for part in text.split(","))
+    if len(values) != 6:
+        raise argparse.ArgumentTypeError(f"{text} has {len(values)} numbers, not 6: X,Y,Z of a point and X,Y,Z of the normal")
+    if not any(values[3:]):
+        raise argparse.ArgumentTypeError(f"{text}: the normal is zero")
+    return values

@@ -10,6 +10,7 @@ from ..errors import SettingsError
 from ..scene.user_files import read_bytes
 from ..settings.combinations import idle, named
 from ..settings.groups import Settings
+from ..settings.looks import with_look
 from ..settings.options import with_options
 from ..settings.versions import migrated
 
@@ -44,11 +45,16 @@ def overlaid(settings: Settings, content: dict[str, object]) -> Settings:
 
 
 def chosen_settings(base: Settings, args: argparse.Namespace) -> Settings:
-    """The scene's settings, over them the settings file's, over them the command line's. Raises `SettingsError`."""
+    """The scene's settings, over them the look's, the settings file's, the command line's. Raises `SettingsError`."""
     given = _options_of(args)
     if given.get("bias") is not None and "bias_strategy" not in given:
         given["bias_strategy"] = "constant"
-    return with_options(overlaid(base, args.from_file), given)
+    if isinstance(given.get("ground"), float):
+        given["ground_height"], given["ground"] = given["ground"], "height"
+    look = getattr(args, "look", None)
+    settings = with_options(overlaid(with_look(base, look) if look else base, args.from_file), given)
+    planes = getattr(args, "section", None)
+    return settings.replaced(section={"planes": sum(planes, ())}) if planes else settings
 
 
 def idle_options(settings: Settings, args: argparse.Namespace) -> tuple[str, ...]:

@@ -14,19 +14,24 @@ from ..scene.cad.units import metres_per_unit, z_up_from
 from ..scene.platform_deck.layout import FEWEST, MOST
 from ..scene.reading.limits import Limits
 from ..settings.impostor_options import IMPOSTOR_OPTIONS
+from ..settings.looks import LOOKS
 from ..settings.option import Option
 from ..settings.options import FROM_SCENE, OPTIONS
+from ..settings.stage import MOST_PLANES
+from ..settings.stage_options import STAGE_OPTIONS
 from .argument_types import (
     between,
     checked_by,
     degrees_between,
     direction,
     finite,
+    ground_word,
     number_of,
     numbers_of,
     pass_list,
     picture_size,
     positive,
+    section_plane,
     vector,
 )
 
@@ -40,7 +45,9 @@ def add_option(group: argparse._ArgumentGroup, option: Option) -> None:
     """One option of the method."""
     text = option.text.replace("%", "%%") + ("" if option.default is None else f" (default {_shown(option.default)})")
     common = {"dest": f"option_{option.name}", "help": text, "default": GIVEN}
-    if option.kind == "choice":
+    if option.name == "ground":
+        group.add_argument(option.flag, type=ground_word, metavar="auto|off|HEIGHT", **common)
+    elif option.kind == "choice":
         words = {str(identifier): identifier for identifier, _, _ in option.items}
         group.add_argument(option.flag, choices=words, **common)
     elif option.kind == "switch":
@@ -62,6 +69,7 @@ def _shown(default: object) -> str:
     return ",".join(f"{v:g}" for v in default) if isinstance(default, tuple) else str(default)
 
 
+STAGE = "edges, ground, sections"
 SECTIONS = {
     "warp": ("warp", "eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"),
     "partition": ("partition", "partitions", "cut", "split_weight", "alpha"),
@@ -79,8 +87,20 @@ SECTIONS = {
         "clay",
         "background",
     ),
+    STAGE: tuple(option.name for option in STAGE_OPTIONS),
     "impostors": tuple(option.name for option in IMPOSTOR_OPTIONS),
 }
+
+
+def add_section_planes(group: argparse._ArgumentGroup) -> None:
+    """`--section`, once for every plane."""
+    group.add_argument(
+        "--section",
+        type=section_plane,
+        action="append",
+        metavar="X,Y,Z,NX,NY,NZ",
+        help=f"cut away what a plane's normal points to: a point in the plane, and the normal; up to {MOST_PLANES} times",
+    )
 
 
 def add_method(parser: argparse.ArgumentParser, *sections: str) -> None:
@@ -92,6 +112,8 @@ def add_method(parser: argparse.ArgumentParser, *sections: str) -> None:
         group = parser.add_argument_group(section)
         for name in SECTIONS[section]:
             add_option(group, by_name[name])
+        if section == STAGE:
+            add_section_planes(group)
 
 
 def add_reporting(parser: argparse.ArgumentParser, folder: bool = True) -> None:
@@ -219,4 +241,10 @@ def add_preset(parser: argparse.ArgumentParser) -> None:
         "--preset",
         metavar="NAME",
         help="start from a preset, not from the scene's settings: fast, balanced, sharp, oil-platform, single-part, reference, or yours",
+    )
+    parser.add_argument_group("look").add_argument(
+        "--look",
+        choices=tuple(LOOKS),
+        metavar="NAME",
+        help=f"colors, ambient light, edges and ground at once, over the scene's: {', '.join(LOOKS)}",
     )

@@ -18,6 +18,7 @@ from .gl.allocation import allocating, freed_with
 from .gl.context import GpuWorker
 from .gl.gl_raw import BufferTexture, raw_gl
 from .gl.programs import Programs
+from .passes.edges import EdgeTarget
 from .passes.gbuffer import GBuffer
 from .passes.large_receivers import STEPS, LargePlanes, large_planes
 from .passes.samples import Mean
@@ -61,6 +62,10 @@ class Device:
     def mean(self, size: tuple[int, int]) -> Mean:
         """The picture that samples are added up in."""
         return self._keep("mean", size, lambda: Mean(self.context, size))
+
+    def edge_target(self, size: tuple[int, int]) -> EdgeTarget:
+        """The targets of feature edges of that size."""
+        return self._keep("edges", size, lambda: EdgeTarget(self.context, size))
 
     def triangles(self, linked: bool = False, normals: bool = False) -> dict[str, BufferTexture]:
         """The pools as buffer textures by sampler name: positions, indices, what lies across the edges if `linked`, and `normals`."""

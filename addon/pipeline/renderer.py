@@ -32,6 +32,7 @@ from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame, library_of
 from .impostors.shadows import casters_of
 from .job import Job
+from .overlay import Overlay
 from .passes.gbuffer import GBuffer, draw_gbuffer, surface_points_ws
 from .passes.samples import pictures, regular_grid
 from .passes.shade import ShadeTarget
@@ -109,10 +110,10 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
         _cast(device, job, draw_list, plan, impostors)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
-    combined, data = _shade(device, job, draw_list, plan, impostors, ticket)
+    combined, data, edges = _shade(device, job, draw_list, plan, impostors, ticket)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
-    frame = _frame(device, job, draw_list, plan, impostors, combined, data)
+    frame = _frame(device, job, draw_list, plan, impostors, combined, data, edges)
     clock.lap("readback")
     clock.total()
     return replace(frame, timing_ms=dict(ticket.timing_ms))
@@ -191,25 +192,34 @@ def _wants_data(job: Job) -> bool:
 
 def _shade(
     device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
-) -> tuple[np.ndarray | None, list[np.ndarray] | None]:
-    """The combined image (averaged over the camera samples) and the data images at pixel centres (None when nobody wants them)."""
+) -> tuple[np.ndarray | None, list[np.ndarray] | None, np.ndarray | None]:
+    """The combined image (averaged over the camera samples), the data images at pixel centres, and the edges (None: nobody wants them)."""
     wants_data = _wants_data(job)
     samples = job.settings.shading.samples if "combined" in job.passes else 1
     data = combined = None
+    overlay = Overlay(device, job, draw_list)
     if wants_data or samples == 1:
         target, wanted = device.shade_target(job.size, wants_data), _look(device, job, impostors)
         if wanted is None or target.holds != wanted:
             _shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
+            if samples == 1:
+                overlay.draw(job.camera, device.gbuffer(job.size), target.textures[0])
             target.holds = wanted
         data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
         combined = read_texture(target.textures[0]) if samples == 1 and "combined" in job.passes else None
     if samples > 1:
-        combined = _mean_of_samples(device, job, draw_list, plan, impostors, ticket)
-    return combined, data
+        combined = _mean_of_samples(device, job, draw_list, plan, impostors, ticket, overlay)
+    return combined, data, overlay.coverage
 
 
 def _mean_of_samples(
-    device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
+    device: Device,
+    job: Job,
+    draw_list: DrawList,
+    plan: ShadowPlan | None,
+    impostors: ImpostorFrame | None,
+    ticket: Ticket,
+    overlay: Overlay,
 ) -> np.ndarray:
     """The combined image as the mean of several camera samples a pixel."""
     offsets = regular_grid(job.settings.shading.samples)
@@ -224,14 +234,16 @@ def _mean_of_samples(
         gbuffer, target = device.gbuffer(size, "samples"), device.shade_target(size, False, "samples")
         _draw_surfaces(device, job, draw_list, camera, impostors, gbuffer)
         _shade_once(device, job, camera, draw_list, plan, target, gbuffer, impostors, side)
+        overlay.draw(camera, gbuffer, target.textures[0], side, side * side / len(offsets))
         mean.add(device.programs, target.textures[0], side, len(offsets))
     mean.target.holds = wanted
     return read_texture(mean.target.textures[0])
 
 
 def _look(device: Device, job: Job, impostors: ImpostorFrame | None) -> Hashable:
-    """What a shaded picture of the job's size depends on; None where that cannot be said: impostors have a life of their own."""
-    if impostors is not None:
+    """What a shaded picture of the job's size depends on; None where that cannot be said, impostors having a life of
+    their own, or where edges are read as they are drawn."""
+    if impostors is not None or "edges" in job.passes:
         return None
     store, shown = device.store, None if job.shown is None else job.shown.tobytes()
     return store.state, store.colors, job.camera.key, shown, None if job.light is None else job.light.key, job.settings
@@ -264,10 +276,11 @@ def _frame(
     impostors: ImpostorFrame | None,
     combined: np.ndarray | None,
     data: list[np.ndarray] | None,
+    edges: np.ndarray | None,
 ) -> Frame:
     errors, normals, ids = data if data is not None else (None, None, None)
     read_maps = _shadow_maps(device, job, plan).read if plan is not None else None
-    passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps)), Loss()
+    passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps, edges)), Loss()
     measured, warnings = None, plan.warnings if plan is not None else ()
     if job.measure and errors is not None:
         seen = errors[..., 0] >= 0.0

@@ -8,8 +8,9 @@ import numpy as np
 
 LOOK_NUMBERS = 12
 """Of a look in an array: three texels on the GPU (`shaders/common_look.glsl`)."""
-HIDDEN, NO_SHADOW, HOLDOUT, CATCHER, UNLIT = 1, 2, 4, 8, 16
-"""Flags of instances: not seen by the camera; casts no shadow; a hole in the picture; shows only shadows; not reached by the light."""
+HIDDEN, NO_SHADOW, HOLDOUT, CATCHER, UNLIT, CAP, GROUND = 1, 2, 4, 8, 16, 32, 64
+"""Flags of instances: not seen by the camera; casts no shadow; a hole in the picture; shows only shadows; not reached by the light;
+the cap of a section; the ground under the model, of which nothing but shadows is seen."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,6 +110,19 @@ class Mark:
     name: str = field(default="", compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """Where shadows on the ground fade out: from the middle of the model's footprint, `half` its extents, to `reach` metres beside it."""
+
+    centre: tuple[float, float]
+    half: tuple[float, float]
+    reach: float
+
+    def moved_by(self, offset: np.ndarray) -> Ground:
+        """The same in a world whose origin lies at `offset` (3,)."""
+        return replace(self, centre=(self.centre[0] - float(offset[0]), self.centre[1] - float(offset[1])))
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to.
@@ -118,6 +131,7 @@ class Scene:
     `looks` (L, 12) float32: the numbers of `looks.Look`s. `links` by the light's name, of lights that do not concern all objects:
     (objects,) bool those they do not light, (objects,) bool those that do not stand in their way. `object_index` (objects,) int32 and
     `materials` (name, index): what their author calls them; `mist` (begin, depth in metres, falloff).
+    `ground` where one of the instances is the ground.
     """
 
     meshes: tuple[Mesh, ...]
@@ -133,6 +147,7 @@ class Scene:
     object_index: np.ndarray = None  # type: ignore[assignment]  # none given: zeros
     materials: tuple[tuple[str, int], ...] = (("", 0),)
     mist: tuple[float, float, str] = (5.0, 25.0, "QUADRATIC")
+    ground: Ground | None = None
 
     def __post_init__(self) -> None:
         if self.object_index is None:
@@ -187,6 +202,7 @@ class Scene:
                 origin_ws=self.origin_ws + key,
                 lights=tuple(light.moved_by(key) for light in self.lights),
                 cameras=tuple(camera.moved_by(key) for camera in self.cameras),
+                ground=self.ground and self.ground.moved_by(key),
             )
         return self._moved[key]
 

@@ -13,6 +13,7 @@ from .groups import Settings
 from .impostor_options import IMPOSTOR_APPLIES
 from .options import BY_NAME, OPTIONS, values_of
 from .shadowing import SHADOW_TESTS
+from .stage_options import STAGE_APPLIES
 
 
 def applies(name: str, values: object) -> bool:
@@ -107,5 +108,6 @@ _APPLIES: dict[str, Callable[[Any], bool]] = {
     "filter_unit": lambda v: str(v.pcf) != "1",
     "filter_width": lambda v: str(v.pcf) != "1",
     "clay": lambda v: not v.use_object_colors,
+    **STAGE_APPLIES,
     **IMPOSTOR_APPLIES,
 }

@@ -10,6 +10,7 @@ from ..maths.domains import one_of, require, require_fields, same_as, within
 from ..maths.relief.frame import CaptureChoice
 from ..maths.relief.life import LifeSettings
 from .shadowing import SHADOW_TESTS
+from .stage import EdgeLines, GroundChoice, SectionChoice
 
 TESTS = tuple(SHADOW_TESTS)
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
@@ -158,6 +159,9 @@ class Settings:
     test: ShadowTestChoice = field(default_factory=ShadowTestChoice)
     shading: ShadingChoice = field(default_factory=ShadingChoice)
     impostor: ImpostorSettings = field(default_factory=ImpostorSettings)
+    edges: EdgeLines = field(default_factory=EdgeLines)
+    ground: GroundChoice = field(default_factory=GroundChoice)
+    section: SectionChoice = field(default_factory=SectionChoice)
 
     def as_dict(self) -> dict[str, object]:
         """Every effective value, nested, JSON-ready (the report's `settings`)."""

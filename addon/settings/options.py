@@ -15,6 +15,7 @@ from .groups import Settings, ShadingWorld
 from .impostor_options import IMPOSTOR_OPTIONS
 from .option import Option, choice, words_of
 from .shadowing import SHADOW_TESTS
+from .stage_options import STAGE_OPTIONS
 from .words import (
     BIAS_WORDS,
     CONVERGENCE_WORDS,
@@ -248,6 +249,7 @@ OPTIONS: tuple[Option, ...] = (
         soft=(0.0, 1.0),
         start=ShadingWorld().background,
     ),
+    *STAGE_OPTIONS,
     *IMPOSTOR_OPTIONS,
 )
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}

@@ -78,3 +78,13 @@ PREDICTOR_WORDS = (
     ("Edge Sum", "The pixels that come into view behind all depth edges, as a share of those covered: follows the truth best"),
     ("Edge Sum, Fast", "The edge sum from directional sums made at capture: nearly as good at a fixed cost"),
 )
+GROUND_WORDS = (
+    ("Off", "No ground: the model floats before the background"),
+    ("Under the Model", "Just below the lowest visible part; its shadows fade out round the model"),
+    ("At a Height", "At the height given below"),
+)
+CAP_WORDS = (
+    ("Solid", "Cut faces of closed bodies are filled with one color"),
+    ("Hatched", "Cut faces are filled and hatched, every other part the other way round, as on a drawing"),
+    ("None", "Cut bodies are seen into"),
+)

@@ -27,6 +27,9 @@ vec4 base_color(uint slot) { return texelFetch(u_table, int(slot) * 4 + 3); }
 
 uvec4 instance_info(uint slot) { return texelFetch(u_info, int(slot)); }
 
+// Whether an instance has one of the flags of scene/looks.py.
+bool has_role(uvec4 info, int flag) { return (info.w & uint(flag << 1)) != 0u; }
+
 #ifdef ID_PER_MATERIAL
 // The ID test's number of a slot's object: one per object, or one per object and material slot.
 uint id_of(uvec4 info) { return ID_PER_MATERIAL != 0 ? info.z + 1u : info.x; }

@@ -17,6 +17,8 @@
 #if LOOKS
 #include "common_look.glsl"
 #endif
+uniform vec4 u_background;
+#include "common_ground.glsl"
 uniform sampler2D u_view_depth;
 uniform sampler2D u_normal;
 uniform usampler2D u_ids;
@@ -77,7 +79,6 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, vec3 sta
 }
 
 #if LOOKS
-uniform vec4 u_background;
 
 // A surface with a look of its own; of a shadow catcher only how much darker it is than without what casts shadows on it.
 vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, float light, float falloff) {
@@ -147,6 +148,18 @@ void main() {
 #endif
     if (u_light.w != 0.0 && !in_cone(u_light.xyz - x_ws)) light = 0.0;
     float falloff = light_falloff(x_ws), arriving = light * falloff;
+#if GROUND
+    if (has_role(info, GROUND)) {
+        float dark = ground_fade(x_ws.xy) * (1.0 - light), sun = falloff * max(dot(geometric, light_ws), 0.0);
+        out_combined = DISPLAY == 0 ? shadow_caught(dark, sun) : u_background;
+#if DATA
+        out_errors = vec4(-1.0, -1.0, -1.0, 1.0 - dark);   // as background.frag, but for the shadow
+        out_normal = vec4(0.0);
+        out_ids = ivec4(-1);
+#endif
+        return;
+    }
+#endif
     vec3 color = USE_OBJECT_COLORS != 0 ? base_color(slot).rgb : u_clay.rgb;
     out_combined = vec4(displayed(color, smooth_normal, light_ws, DISPLAY == 1 ? light : arriving, errors, map), 1.0);
 #if LOOKS && DISPLAY == 0

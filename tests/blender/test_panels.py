@@ -11,7 +11,7 @@ class Layout:
     """Stands in for Blender's layout, which needs a window: notes what is drawn, refuses properties and operators that do not exist."""
 
     def __init__(self, bpy):
-        self.bpy, self.shown, self.texts = bpy, [], []
+        self.bpy, self.shown, self.texts, self.menus = bpy, [], [], {}
 
     def __getattr__(self, name):
         if name in ("column", "row", "box", "split"):
@@ -22,7 +22,7 @@ class Layout:
         assert name in data.bl_rna.properties, name
         self.shown.append(name)
 
-    def operator(self, idname, text="", icon="NONE"):
+    def operator(self, idname, text="", icon="NONE", depress=False):
         group, name = idname.split(".")
         assert name in dir(getattr(self.bpy.ops, group)), idname
         self.shown.append(idname)
@@ -33,8 +33,13 @@ class Layout:
         assert rows in data.bl_rna.properties and index in active_data.bl_rna.properties
         self.shown.append(kind)
 
-    def popover(self, panel, icon="NONE"):
+    def popover(self, panel, text="", icon="NONE"):
         assert hasattr(self.bpy.types, panel), panel
+        self.menus[panel] = text
+
+    def menu(self, menu, text="", icon="NONE"):
+        assert hasattr(self.bpy.types, menu), menu
+        self.menus[menu] = text
 
     def label(self, text="", icon="NONE"):
         self.texts.append(text)
@@ -81,6 +86,7 @@ def test_every_option_is_in_exactly_one_section(drawn, room, blend):
         ):
             props.warp, props.partition, props.test = warp, partition, test
             props.bias_strategy, props.use_object_colors, props.pcf = "constant", False, "9"
+            props.edges, props.ground = 1.0, "height"
             shown.append({key for key in sections if option.name in drawn(key)})
         assert len(set.union(*shown)) == 1, option.name
 
@@ -102,9 +108,73 @@ def test_only_what_applies_is_shown(drawn, blend):
 
 def test_light_section_shows_what_its_source_needs(drawn, blend):
     props = blend.context.scene.cad_shadow
-    for source, name in (("AUTOMATIC", None), ("OBJECT", "light"), ("DIRECTION", "light_direction")):
+    for source, names in (("AUTOMATIC", ()), ("OBJECT", ("light",)), ("DIRECTION", ("light_azimuth", "light_elevation"))):
         props.light_source = source
-        assert drawn("light") == {"light_source", "light_strength"} | ({name} if name else set())
+        assert drawn("light") == {"light_source", "light_strength"} | set(names)
+
+
+def first_panel(blend, room):
+    panel = type("Panel", (), {})()
+    panel.layout = Layout(blend)
+    room("blender.panels.settings").draw_preview(panel, blend.context)
+    return panel.layout
+
+
+def test_the_tab_opens_with_what_a_beginner_needs_and_the_rest_is_closed(blend, room):
+    opened = [section.key for section in room("blender.panels.settings").SECTIONS if not section.closed]
+    assert opened == ["preview", "light"]
+    layout = first_panel(blend, room)
+    assert layout.shown == ["cad_shadow.preview", "cad_shadow.live_view"]
+    assert list(layout.menus) == ["CAD_SHADOW_MT_looks", "CAD_SHADOW_PT_presets"]
+
+
+def test_the_first_panel_says_which_look_and_which_preset_are_on(blend, room):
+    props = blend.context.scene.cad_shadow
+    assert first_panel(blend, room).menus == {"CAD_SHADOW_MT_looks": "Reference", "CAD_SHADOW_PT_presets": "Balanced"}
+    assert blend.ops.cad_shadow.look(look="clay") == {"FINISHED"}
+    room("blender.presets").apply(blend.context.scene, "oil-platform")
+    assert first_panel(blend, room).menus == {"CAD_SHADOW_MT_looks": "Clay", "CAD_SHADOW_PT_presets": "Oil platform"}
+    props.clay, props.map_size = (0.1, 0.2, 0.3), 333
+    assert first_panel(blend, room).menus == {"CAD_SHADOW_MT_looks": "Custom", "CAD_SHADOW_PT_presets": "Custom"}
+
+
+def test_the_first_panel_says_in_words_how_sharp_the_last_picture_is(cube_scene, blend, room):
+    blend.context.view_layer.update()
+    assert not first_panel(blend, room).texts[2:]
+    assert blend.ops.cad_shadow.analyse() == {"FINISHED"}
+    error = room("blender.session").last().report["measured"]["m_p95"]
+    words = " ".join(first_panel(blend, room).texts)
+    assert ("coarser than a pixel" if error > 1.0 else "sharper than a pixel") in words
+    assert f"({error:.3g} pixels)" in words
+
+
+def test_every_preset_and_every_look_is_known_again(blend, room):
+    presets, looks, chosen = room("blender.presets"), room("settings.looks"), room("blender.panels.chosen")
+    props = blend.context.scene.cad_shadow
+    for path in sorted(presets.SHIPPED.glob("*.py")):
+        presets.apply(blend.context.scene, path.stem)
+        assert presets.preset_of(props) == path.stem.replace("_", " ")
+    for name, look in looks.LOOKS.items():
+        assert blend.ops.cad_shadow.look(look=name) == {"FINISHED"}
+        assert chosen.look_label(props) == look.label
+    assert blend.context.scene.view_settings.view_transform == "Standard"
+
+
+def test_a_look_leaves_how_shadows_are_made_alone(blend, room):
+    props = blend.context.scene.cad_shadow
+    props.map_size, props.display, props.samples = 333, "aliasing", "9"
+    for name in room("settings.looks").LOOKS:
+        blend.ops.cad_shadow.look(look=name)
+        assert (props.map_size, props.display, props.samples) == (333, "aliasing", "9")
+
+
+def test_the_light_is_turned_by_its_angles(blend):
+    props = blend.context.scene.cad_shadow
+    props.light_azimuth, props.light_elevation = 0.5, 0.8
+    assert (props.light_azimuth, props.light_elevation) == pytest.approx((0.5, 0.8), abs=1e-5)
+    props.light_elevation = 1.5707963
+    props.light_elevation = 0.3
+    assert props.light_azimuth == pytest.approx(0.5, abs=1e-3)
 
 
 def test_quality_lists_the_last_report(cube_scene, blend, room):

@@ -12,7 +12,7 @@ MODULE = "bl_ext.user_default.cad_shadow_preview"
 TAB = "CAD Shadow"
 ENGINE = "CAD_SHADOW_PREVIEW"
 # Measured at UI scale 1: the middle of the first header below the top, from one closed header to the next, to the button below the presets.
-FIRST_HEADER_PX, HEADER_PX, BUTTON_PX = 14, 28, 62
+FIRST_HEADER_PX, HEADER_PX, BUTTON_PX = 14, 28, 36
 
 
 def addon(name: str):

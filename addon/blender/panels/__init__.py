@@ -1,9 +1,9 @@
 """The sidebar tab "CAD Shadow" of the 3D viewport, the same settings in the render properties, and Blender's own panels."""
 
 from ..registering import attach, detach
-from . import advice, compatible, impostors, layer_passes, quality, settings
+from . import advice, chosen, compatible, impostors, layer_passes, quality, settings
 
-_parts = (impostors, settings, quality, advice, compatible, layer_passes)
+_parts = (chosen, impostors, settings, quality, advice, compatible, layer_passes)
 
 
 def register() -> None:

@@ -11,10 +11,13 @@ from ...settings.combinations import applies, unsuited
 from ...settings.options import BY_NAME
 from ..light_kind import light_type
 from ..properties import seam_count
+from ..section_properties import NAMES
+from ..session import is_last_current, last
+from .chosen import is_live, look_label, preset_label
 from .compatible import ENGINE
 from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors
 from .placing import draw_camera, draw_sun, draw_sun_study
-from .words import paragraph
+from .words import paragraph, sharpness
 
 TAB = "CAD Shadow"
 
@@ -91,16 +94,55 @@ def draw_options(*names: str) -> Callable[[bpy.types.Panel, bpy.types.Context], 
 
 
 def draw_preview(self: bpy.types.Panel, context: bpy.types.Context) -> None:
-    """The buttons, and what the picture shows."""
-    self.layout.popover("CAD_SHADOW_PT_presets", icon="PRESET")
-    column = self.layout.column(align=True)
-    column.scale_y = 1.4
-    column.operator("cad_shadow.preview", icon="RENDER_STILL")
-    self.layout.operator("cad_shadow.analyse", icon="GRAPH")
-    self.layout.operator("cad_shadow.compare", icon="IMAGE_ALPHA")
-    self.layout.operator("cad_shadow.light_view", icon="LIGHT_SUN")
-    draw_options("display", "samples")(self, context)
-    self.layout.prop(context.window_manager, "cad_shadow_overlay")
+    """What a first picture needs: the buttons, the look, and how sharp shadows are to be."""
+    layout = self.layout
+    column = layout.column(align=True)
+    column.scale_y = 1.6
+    column.operator("cad_shadow.preview", text="Preview", icon="RENDER_STILL")
+    column.operator("cad_shadow.live_view", icon="SHADING_RENDERED", depress=is_live(context))
+    choice_row(layout, "Look").menu("CAD_SHADOW_MT_looks", text=look_label(context.scene.cad_shadow))
+    choice_row(layout, "Quality").popover("CAD_SHADOW_PT_presets", text=preset_label(context.scene.cad_shadow))
+    outcome = last()
+    sharp = sharpness(outcome.report["measured"]) if outcome is not None and is_last_current(context.scene) else None
+    if sharp:
+        paragraph(layout, context, sharp, "INFO")
+
+
+def choice_row(layout: bpy.types.UILayout, label: str) -> bpy.types.UILayout:
+    """A row with a label where properties have theirs."""
+    split = layout.split(factor=0.4)
+    left = split.row()
+    left.alignment = "RIGHT"
+    left.label(text=label)
+    return split.row()
+
+
+def draw_tools(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """What measures and explains pictures."""
+    layout = self.layout
+    draw_options("display")(self, context)
+    layout.prop(context.window_manager, "cad_shadow_overlay")
+    layout.operator("cad_shadow.analyse", icon="GRAPH")
+    layout.operator("cad_shadow.compare", icon="IMAGE_ALPHA")
+    layout.operator("cad_shadow.light_view", icon="LIGHT_SUN")
+
+
+def draw_section(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """The section planes, and how cuts look."""
+    layout, props = self.layout, context.scene.cad_shadow
+    layout.use_property_split, layout.use_property_decorate = True, False
+    layout.operator("cad_shadow.add_section", icon="EMPTY_SINGLE_ARROW")
+    for i, name in enumerate(NAMES):
+        section = getattr(props, name)
+        layout.prop(section, "use", text=f"Plane {i + 1}")
+        if section.use:
+            column = layout.column()
+            column.prop(section, "object")
+            if section.object is None:
+                column.prop(section, "point")
+                column.prop(section, "normal")
+            column.prop(section, "flip")
+    draw_options("section_caps", "section_color", "section_whole")(self, context)
 
 
 def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:
@@ -111,7 +153,9 @@ def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     if props.light_source == "OBJECT":
         layout.prop(props, "light")
     elif props.light_source == "DIRECTION":
-        layout.column(align=True).prop(props, "light_direction", text="Towards")
+        column = layout.column(align=True)
+        column.prop(props, "light_azimuth")
+        column.prop(props, "light_elevation")
     draw_option(layout, props, "light_strength")
 
 
@@ -132,32 +176,36 @@ class Section:
 
 SECTIONS = (
     Section("preview", "Preview", draw_preview),
-    Section("camera", "Camera", draw_camera, "preview", True),
     Section("light", "Light", draw_light),
-    Section(
-        "ambient",
-        "Ambient & Colours",
-        draw_options("own_sun", "ambient_sky", "ambient_ground", "use_object_colors", "clay", "background"),
-        "light",
-        True,
-    ),
     Section("sun", "Sun by Place and Time", draw_sun, "light", True),
     Section("sun_study", "Sun over a Day", draw_sun_study, "sun", True),
-    Section("warp", "Warp", draw_choice("warp")),
+    Section(
+        "ambient",
+        "Colors and Ambient Light",
+        draw_options("use_object_colors", "clay", "background", "own_sun", "ambient_sky", "ambient_ground"),
+        closed=True,
+    ),
+    Section("edges", "Edges", draw_options("edges", "edge_color", "edge_strength", "edge_angle"), closed=True),
+    Section("ground", "Ground", draw_options("ground", "ground_height", "ground_strength"), closed=True),
+    Section("section", "Section", draw_section, closed=True),
+    Section("camera", "Camera", draw_camera, closed=True),
+    Section("detail", "Sharpness of Shadows", draw_options("samples", "map_size"), closed=True),
+    Section("warp", "Detail Near and Far", draw_choice("warp"), "detail", True),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"), "warp", True),
-    Section("partition", "Partition", draw_choice("partition", "partitions", "cut", "split_weight", "alpha")),
-    Section("map", "Map & Filter", draw_options("map_size", "fit", "test", "pcf", "filter_unit", "filter_width", "depths")),
+    Section("partition", "Parts of the View", draw_choice("partition", "partitions", "cut", "split_weight", "alpha"), "detail", True),
+    Section("map", "Test and Softness", draw_options("fit", "test", "pcf", "filter_unit", "filter_width", "depths"), "detail", True),
     Section(
         "map_expert",
-        "Bias & Margin",
+        "Stray Shadows",
         draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines", "margin"),
-        "map",
+        "detail",
         True,
     ),
     Section("impostors", "Impostors", draw_impostors, closed=True),
     Section("impostors_capture", "Capture", draw_options(*CAPTURE), "impostors", True),
     Section("impostors_life", "Life Cycle", draw_options(*LIFE), "impostors", True),
     Section("impostors_keep", "Keep", draw_impostor_export, "impostors", True),
+    Section("tools", "Measure and Explain", draw_tools, closed=True),
     Section("export", "Export", draw_nothing, closed=True),
 )
 ORDER_OF_QUALITY = 2 * [section.key for section in SECTIONS].index("impostors") - 1  # the panels of quality.py, advice.py

@@ -42,3 +42,16 @@ def paragraph(layout: bpy.types.UILayout, context: bpy.types.Context, text: str,
     column = layout.column(align=True)
     for i, line in enumerate(broken(text, room, lambda words: blf.dimensions(0, words)[0])):
         column.label(text=line, icon=icon if i == 0 or icon == "NONE" else "BLANK1")
+
+
+def sharpness(measured: dict[str, object] | None) -> str | None:
+    """What the measured error says in words, with the number behind it; None where nothing was measured."""
+    error = measured and measured["m_p95"]
+    if not error:
+        return None
+    size = f"{number(error)} pixels"
+    if error <= 0.5:
+        return f"Shadow edges are much sharper than a pixel ({size})"
+    if error <= 1.0:
+        return f"Shadow edges are sharper than a pixel ({size})"
+    return f"Shadow edges are coarser than a pixel ({size}): choose a higher Quality"

@@ -6,6 +6,9 @@ Before one is loaded everything it may hold goes back to its default, so a file 
 
 from __future__ import annotations
 
+import ast
+from contextlib import suppress
+from functools import cache, lru_cache
 from pathlib import Path
 
 import bpy
@@ -24,8 +27,12 @@ MOST = 1 << 20
 SHIPPED = Path(__file__).resolve().parent / SUBDIR
 
 
+METHOD = ("warp", "partition", "fit", "test")
+"""The groups of settings that presets hold: how shadows are made. Looks hold colours, edges and ground (`settings/looks.py`)."""
+
+
 def _belongs(option: Option) -> bool:
-    return option.name == "samples" or option.targets[0][0] not in ("shading", "impostor")
+    return option.name == "samples" or option.targets[0][0] in METHOD
 
 
 HELD = tuple(name for o in OPTIONS if _belongs(o) for name in ((o.name, "use_" + o.name) if o.is_optional else (o.name,)))
@@ -60,6 +67,53 @@ def content(name: str) -> str | None:
         return None if path is None else read_bytes(path, MOST).decode("utf-8", "replace")
     except OSError:
         return None
+
+
+def preset_of(props: bpy.types.PropertyGroup) -> str | None:
+    """The name of the preset that a scene has: a file all of whose values it has, and the defaults of what the file does not name."""
+    held = _held_values(props)
+    for path in files().values():
+        wanted = _defaults() | _values_in(path)
+        if all(_same(held[name], wanted[name]) for name in HELD if name in wanted):
+            return path.stem.replace("_", " ")
+    return None
+
+
+def _held_values(props: bpy.types.PropertyGroup) -> dict[str, object]:
+    values = {name: getattr(props, name) for name in HELD}
+    return {name: tuple(value) if hasattr(value, "__len__") and not isinstance(value, str) else value for name, value in values.items()}
+
+
+def _same(one: object, other: object) -> bool:
+    """Equal as far as Blender keeps numbers: 32 bits."""
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return abs(one - other) <= 1e-6 * max(abs(one), 1.0) if isinstance(one, float) else one == other
+
+
+@cache
+def _defaults() -> dict[str, object]:
+    properties = bpy.types.PropertyGroup.bl_rna_get_subclass_py("CadShadowSettings").bl_rna.properties
+    return {name: tuple(p.default_array) if getattr(p, "is_array", False) else p.default for name in HELD for p in (properties[name],)}
+
+
+@lru_cache(maxsize=64)
+def _parsed(path: Path, changed_ns: int) -> dict[str, object]:
+    """The values that a preset's file sets, read without running it; what is not plain is passed over."""
+    values = {}
+    for node in ast.parse(read_bytes(path, MOST)).body:
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Attribute):
+            with suppress(ValueError):
+                value = ast.literal_eval(node.value)
+                values[node.targets[0].attr] = tuple(value) if isinstance(value, list) else value
+    return values
+
+
+def _values_in(path: Path) -> dict[str, object]:
+    try:
+        return _parsed(path, path.stat().st_mtime_ns)
+    except (OSError, SyntaxError, ValueError):
+        return {"": None}
 
 
 def apply(scene: bpy.types.Scene, name: str) -> None:

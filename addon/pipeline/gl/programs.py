@@ -50,6 +50,9 @@ SAMPLER_UNITS = {
     "u_normals": 28,
     "u_sampled": 29,
     "u_looks": 30,
+    "u_lines": 31,
+    "u_line_depth": 32,
+    "u_coverage": 33,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

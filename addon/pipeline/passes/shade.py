@@ -16,6 +16,8 @@ from ...images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
 from ...images.passes import id_colors
 from ...maths.shadow.projection import ShadowPlan
 from ...maths.view import Camera, Light
+from ...scene.looks import GROUND
+from ...scene.records import Ground
 from ...settings.groups import DISPLAYS, Settings, ShadingChoice, ShadingWorld
 from ..geometry.draw_list import DrawList
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
@@ -103,6 +105,7 @@ class ShadePass:
             IMPOSTORS=impostors,
             MOST_FOLLOWED=MOST_FOLLOWED,
             LOOKS=looks is not None,
+            GROUND=GROUND if draw_list.scene.ground is not None else 0,
             **shadow_defines(settings.test),
         )
         self._bind(program, gbuffer, maps, draw_list, triangles | more)
@@ -118,7 +121,7 @@ class ShadePass:
             u_map_size=float(settings.fit.size),
             u_side=float(side),
             **_light_uniforms(light, settings, origin),
-            **_colors(settings),
+            **_colors(settings, draw_list.scene.ground, origin),
             **_data_colors(),
             **shadow_uniforms(settings.test, plan),
         )
@@ -217,14 +220,20 @@ def radiance_per_color(light: Light, shading: ShadingChoice) -> float:
     return shading.light_strength * (1.0 / math.pi if light.is_physical else shading.own_sun)
 
 
-def _colors(settings: Settings) -> dict[str, object]:
+def _colors(settings: Settings, ground: Ground | None, origin_ws: np.ndarray) -> dict[str, object]:
+    """Ambient light, background, clay, and what common_ground.glsl needs."""
     shading = settings.shading.under(ShadingWorld())
-    return {
+    colors = {
         "u_ambient_sky": (*shading.ambient_sky, 1.0),
         "u_ambient_ground": (*shading.ambient_ground, 1.0),
         "u_background": shading.background,
         "u_clay": (*shading.clay, 1.0),
     }
+    if ground is None:
+        return colors
+    place = ground.moved_by(origin_ws)
+    more = {"u_ground": (*place.centre, *place.half), "u_ground_reach": place.reach, "u_ground_strength": settings.ground.strength}
+    return colors | more
 
 
 @cache

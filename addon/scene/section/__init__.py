@@ -1,0 +1,1 @@
+"""Scenes cut by section planes: `cut.py`. numpy only."""
