@@ -169,6 +169,10 @@ def test_vertex_colours_of_few_values_become_materials(tmp_path, dtype):
     model = read(tmp_path, gltf)
     assert color_of(model, "red").tolist() == [1, 0, 0, 1]
     assert model.meshes[0].corner_colors is None
+    gltf.add("materials", name="Paint", pbrMetallicRoughness={"baseColorFactor": [0.5, 1, 1, 1], "metallicFactor": 0.25})
+    gltf.document["meshes"][0]["primitives"][0]["material"] = 0
+    (material,) = read(tmp_path, gltf).materials
+    assert (material.name, material.base_color, material.metallic) == ("Paint", (0.5, 0.0, 0.0, 1.0), 0.25)
 
 
 def test_lights_and_cameras_stand_where_they_stood_and_look_along_their_minus_z(tmp_path):

@@ -135,7 +135,8 @@ class _Builder:
         """Slot of each kept triangle; adds the materials to `used`, the mesh's slots."""
         own = None if piece.material is None else self.raw.materials[piece.material]
         if faces is not None:
-            return np.array([_slot_of(used, self._color(c, piece.material, own)) for c in faces[0]], dtype=np.int32)[faces[1]]
+            keeps_name = len(faces[0]) == 1
+            return np.array([_slot_of(used, self._color(c, piece.material, own, keeps_name)) for c in faces[0]], dtype=np.int32)[faces[1]]
         if piece.corner_colors is not None:
             plain = own or CadMaterial("Vertex Colors", (1.0, 1.0, 1.0, 1.0))
             material = self._material(("varied", piece.material), replace(plain, has_vertex_colors=True))
@@ -143,14 +144,14 @@ class _Builder:
             material = self._color(GREY, None, None) if own is None else self._material(piece.material, own)
         return np.full(len(clean.triangles), _slot_of(used, material), dtype=np.int32)
 
-    def _color(self, color: np.ndarray, key: object, of: CadMaterial | None) -> int:
-        """The material of one colour, which multiplies that of a material where there is one."""
+    def _color(self, color: np.ndarray, key: object, of: CadMaterial | None, keeps_name: bool = False) -> int:
+        """The material of one colour, which multiplies that of a material where there is one, under its name or that and the colour's."""
         steps = tuple(int(round(255 * float(c))) for c in color)
         name = "Color " + "".join(f"{s:02x}" for s in steps[:3])
         if of is None:
             return self._material(steps, CadMaterial(name, tuple(float(c) for c in color)))
         tinted = tuple(float(c * own) for c, own in zip(color, of.base_color, strict=True))
-        return self._material((key, steps), replace(of, name=f"{of.name} {name}", base_color=tinted))
+        return self._material((key, steps), replace(of, name=of.name if keeps_name else f"{of.name} {name}", base_color=tinted))
 
     def _material(self, key: object, material: CadMaterial) -> int:
         if key not in self._index:
