@@ -141,7 +141,7 @@ def trimesh(path: Path) -> Found:
             found.triangles += len(mesh.faces)
             found.area += float(_areas(points, mesh.faces).sum())
             found.colors.append(
-                [float(c) / 255.0 for c in np.asarray(mesh.visual.to_color().vertex_colors)[0]] if mesh.visual.defined else []
+                [float(c) / 255.0 for c in np.atleast_2d(mesh.visual.to_color().vertex_colors)[0]] if mesh.visual.defined else []
             )
             found.bounds.append(points)
     if not found.names:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from addon.errors import CadFileError
 from addon.images.srgb import linear_from_srgb
 from addon.scene import cad
 from addon.scene.cad.step_text import STATEMENT, text_of
@@ -134,6 +135,21 @@ def test_geometry_far_from_its_origin_keeps_its_shape(tmp_path, unit, scale):
     assert model.triangle_count == 12
     assert math.isclose(area(model), 2 * 0.04 * 0.04 + 4 * 0.04 * 0.2, rel_tol=1e-4)
     assert np.allclose(model.bounds(), [[450_000, 5_400_000, 100], [450_000.04, 5_400_000.04, 100.2]], atol=1e-6)
+
+
+def test_far_geometry_that_is_shared_with_a_placement_is_read_and_said(tmp_path):
+    step = Step()
+    site = step.product("Site")
+    bollard = step.product("Bollard", step.box((40, 40, 200), (450_000_000, 5_400_000_000, 0)))
+    step.occurrence(site, bollard)
+    corner = next(i + 1 for i, line in enumerate(step.lines) if line.startswith("CARTESIAN_POINT") and "450000040" in line)
+    axes = step.add(f"AXIS2_PLACEMENT_3D('',#{corner},$,$)")
+    step.add(f"ITEM_DEFINED_TRANSFORMATION('','',#{step.origin},#{axes})")
+    try:
+        text = " ".join(read(tmp_path, step).warnings)
+    except CadFileError as error:
+        text = str(error)
+    assert "1 part far from the origin, where shapes become coarse," in text or "without area" in text
 
 
 def test_far_occurrences_stand_where_the_file_says_not_where_float32_does(tmp_path):

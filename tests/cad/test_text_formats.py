@@ -351,6 +351,17 @@ def test_ply_may_mix_triangles_and_polygons_and_hold_strips(tmp_path, order):
     assert (outwards > 0).all()
 
 
+@pytest.mark.parametrize(("kind", "most"), [("uchar", 255), ("ushort", 65535), ("float", 1), ("float", 255)])
+def test_colours_of_ply_run_to_what_their_type_says_or_to_255(tmp_path, kind, most):
+    points, triangles = box()
+    head = "ply\nformat ascii 1.0\nelement vertex 8\n" + "".join(f"property float {axis}\n" for axis in "xyz")
+    head += "".join(f"property {kind} {c}\n" for c in ("red", "green", "blue"))
+    head += "element face 12\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [f"{x:g} {y:g} {z:g} {most} 0 0" for x, y, z in points] + [f"3 {a} {b} {c}" for a, b, c in triangles]
+    (tmp_path / "a.ply").write_text(head + "\n".join(rows) + "\n")
+    assert color_of(cad.read(tmp_path / "a.ply"), "a").tolist() == [1, 0, 0, 1]
+
+
 # ---- 3MF
 
 

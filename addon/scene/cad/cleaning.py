@@ -91,6 +91,12 @@ def _turned(piece: RawPiece, turn: np.ndarray) -> np.ndarray | None:
 def own_centre(positions: np.ndarray) -> np.ndarray:
     """(3,) float64 what to subtract from (V, 3) float64 positions before they become float32: 0, or their centre when they lie so far
     from the origin that float32's step there is more than `COARSE` of the mesh's size."""
-    low, high = positions.min(axis=0), positions.max(axis=0)
-    step = float(np.abs([low, high]).max()) * float(np.finfo(np.float32).eps)
-    return (low + high) / 2 if step > COARSE * float((high - low).max()) else np.zeros(3)
+    return (positions.min(axis=0) + positions.max(axis=0)) / 2 if is_coarse(positions) else np.zeros(3)
+
+
+def is_coarse(positions: np.ndarray) -> bool:
+    """Whether (V, 3) positions lie so far from the origin that float32's step there is more than `COARSE` of their size."""
+    if not len(positions):
+        return False
+    low, high = positions.min(axis=0).astype(np.float64), positions.max(axis=0).astype(np.float64)
+    return float(np.abs([low, high]).max()) * float(np.finfo(np.float32).eps) > COARSE * float((high - low).max())

@@ -5,16 +5,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
-
 from ...errors import CadFileError
 from .cad_format import CadFormat, starts_text
+from .cleaning import is_coarse
 from .gltf import read_glb_bytes
 from .raw import RawFile
 
 LINEAR_MM, ANGULAR_RAD = 0.01, 0.5
 NAMELESS = re.compile(r"|=>.*|(COMPOUND|COMPSOLID|SOLID|SHELL|FACE|SHAPE|Node|Mesh)[ _]?\d*")
-COARSE = 1e-4  # of a part's size: what float32 may lose of it
 
 
 def read_iges(path: Path) -> RawFile:
@@ -34,18 +32,10 @@ def read_iges(path: Path) -> RawFile:
     for node in raw.nodes:
         node.name = path.stem if NAMELESS.fullmatch(node.name) else node.name
     raw.meshes.update({key: (path.stem if NAMELESS.fullmatch(name) else name, own) for key, (name, own) in raw.meshes.items()})
-    far = [name for name, pieces in raw.meshes.values() if any(_is_coarse(piece.positions) for piece in pieces)]
+    far = [name for name, pieces in raw.meshes.values() if any(is_coarse(piece.positions) for piece in pieces)]
     if far:
         raw.warnings.append(f"{path.name}: {len(far)} parts lie so far from their origin that their shape is coarse: export it as STEP.")
     return raw
-
-
-def _is_coarse(positions: np.ndarray) -> bool:
-    """Whether float32 has lost more than `COARSE` of a surface's size where it lies."""
-    if not len(positions):
-        return False
-    largest, size = float(np.abs(positions).max()), float(np.ptp(positions, axis=0).max())
-    return largest * float(np.finfo(np.float32).eps) > COARSE * size
 
 
 IS_IGES = starts_text(rb"[^\r\n]{72}S[ 0]{0,6}1\s")

@@ -94,7 +94,9 @@ def _colors(columns: Columns) -> np.ndarray | None:
     for names in COLORS:
         own = [name for name in names if name in columns and not isinstance(columns[name], Lists)]
         if own[:3] == list(names[:3]):
-            return rgba(_table(columns, tuple(own)), is_srgb=True)
+            channels = np.stack([np.asarray(columns[name]) for name in own], axis=1)
+            is_bytes = channels.dtype.kind == "f" and len(channels) > 0 and bool(np.nanmax(channels) > 1.0)  # floats that run to 255
+            return rgba(channels / 255.0 if is_bytes else channels, is_srgb=True)
     return None
 
 

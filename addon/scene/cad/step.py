@@ -17,6 +17,7 @@ from ...errors import CadFileError
 from ..cad_model import CadMaterial
 from ..plain_text import shown_name
 from .cad_format import CadFormat, starts_text
+from .cleaning import is_coarse
 from .companions import companion
 from .gltf import read_glb_bytes
 from .losses import Losses
@@ -34,11 +35,12 @@ def read_step(path: Path, above: tuple[Path, ...] = ()) -> RawFile:
     """A `.step` or `.stp` file with the files beside it that it refers to; `above` are those that refer to this one."""
     statements = Statements(path.read_bytes(), WANTED)
     structure, losses = Structure(statements), Losses()
-    hidden, edits = Losses(), _marks(statements)
+    hidden, coarse, edits = Losses(), Losses(), _marks(statements)
     edits += without_hidden(statements, structure, losses) + without_context_styles(statements, structure)
     offsets, extent_m, moves = far_products(statements, structure)
     raw = read_glb_bytes(_tessellated(edited(statements.data, edits + moves), path.name, tolerance_mm(extent_m)), path)
     _name(raw, structure, hidden)
+    _note_coarse(raw, structure, coarse)
     _put_back(raw, structure, offsets)
     lost_faces(raw, statements, structure, losses)
     _color(raw, structure)
@@ -46,7 +48,11 @@ def read_step(path: Path, above: tuple[Path, ...] = ()) -> RawFile:
     _add_documents(raw, path, structure, (*above, path.resolve()))
     raw.nodes[:] = [replace_name(node, lambda name: MARK.sub("Part", name)) for node in raw.nodes]
     raw.meshes.update({key: (_title(name, structure), pieces) for key, (name, pieces) in raw.meshes.items()})
-    raw.warnings += [*losses.lines(path.name), *hidden.lines(path.name, "hidden, as the file says")]
+    raw.warnings += [
+        *losses.lines(path.name),
+        *coarse.lines(path.name, "read as they are: export near the origin"),
+        *hidden.lines(path.name, "hidden, as the file says"),
+    ]
     return raw
 
 
@@ -126,6 +132,13 @@ def _is_close(place: np.ndarray, rough: np.ndarray) -> bool:
     """Whether a place is what float32 made of it, so that it can be trusted."""
     step = 1e-5 + 1e-6 * float(np.abs(rough[:3, 3]).max())
     return bool(np.abs(place[:3, :3] - rough[:3, :3]).max() < 1e-5 and np.abs(place[:3, 3] - rough[:3, 3]).max() < step)
+
+
+def _note_coarse(raw: RawFile, structure: Structure, losses: Losses) -> None:
+    """Note the parts that still lie too far from their origin for float32, as their geometry could not be moved."""
+    for name, pieces in raw.meshes.values():
+        if any(is_coarse(piece.positions) for piece in pieces):
+            losses.add("part{s} far from the origin, where shapes become coarse,", _title(name, structure))
 
 
 def _put_back(raw: RawFile, structure: Structure, offsets: dict[int | None, np.ndarray]) -> None:
