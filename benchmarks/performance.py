@@ -145,8 +145,8 @@ one plain G-buffer draw and one depth draw a map, without shading), F12 over F12
 
 {updates}
 ## Curves
-`python -m benchmarks.performance curves`: a frame with the camera moved, one sample; the slope is that of the last step on logarithmic
-scales, 1 in proportion.
+`python -m benchmarks.performance curves`: a frame with the camera moved, 640×360, one sample; the slope is that of the last step on
+logarithmic scales, 1 in proportion.
 
 {curves}
 ## One picture as a whole process
@@ -167,7 +167,12 @@ scales, 1 in proportion.
   draw calls.
 - **Meshes are made drawable in blocks** that stay in the processor's cache.
 """
-KINDS = {"engines": None, "updates": updates, "curves": curves, "start": start}
+KINDS: dict[str, Callable[[list[str]], Iterator[tuple[str, dict[str, object]]]]] = {
+    "engines": engines,
+    "updates": lambda _: updates(),
+    "curves": lambda _: curves(),
+    "start": lambda _: start(),
+}
 
 
 def main() -> None:
@@ -177,11 +182,8 @@ def main() -> None:
     parser.add_argument("--only", default=",".join(CASES))
     parser.add_argument("--write", action="store_true")
     choice = parser.parse_args()
-    if choice.kind == "engines":
-        for name, result in engines(choice.only.split(",")):
-            keep("engines", {name: result})
-    elif choice.kind:
-        keep(choice.kind, KINDS[choice.kind]())
+    for name, row in KINDS[choice.kind](choice.only.split(",")) if choice.kind else ():
+        keep(choice.kind, {name: row})
     if choice.kind:
         keep(f"{choice.kind}-machine", {"machine": {"load": round(os.getloadavg()[2], 1)}})
         print(json.dumps(kept(choice.kind), indent=1))

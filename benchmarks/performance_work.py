@@ -6,7 +6,7 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import log
 from pathlib import Path
@@ -81,9 +81,8 @@ def changed(scene: Scene, **columns: np.ndarray) -> Scene:
     return replace(scene, instances=replace(scene.instances, **columns))
 
 
-def updates() -> dict[str, dict[str, float]]:
+def updates() -> Iterator[tuple[str, dict[str, float]]]:
     """Processor milliseconds of the frame after each change, and of the first."""
-    out = {}
     for label, scene in (
         ("2,000 unique", heap(2000, 108)),
         ("10,000 unique", heap(10_000, 108)),
@@ -96,8 +95,7 @@ def updates() -> dict[str, dict[str, float]]:
             steps = [make(job, i) for i in range(1, RUNS + 1)]
             row[name] = median(_after(renderer, job, step) for step in steps)
         renderer.worker.close()
-        out[label] = row
-    return out
+        yield label, row
 
 
 def _after(renderer: Renderer, before: Job, after: Job) -> float:
@@ -145,29 +143,25 @@ def _turned(direction: np.ndarray, angle: float) -> np.ndarray:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ direction
 
 
+SMALL = 640, 360
 CURVES: dict[str, tuple[tuple[float, ...], Callable[[float], Job]]] = {
-    "triangles": ((25_000, 100_000, 400_000, 1_600_000), lambda n: job_of(heap(400, int(n) // 400))),
-    "parts (unique, of 12)": ((1_000, 4_000, 16_000), lambda n: job_of(heap(int(n), 12))),
-    "pixels": (
-        (57_600, 230_400, 921_600, 2_073_600),
-        lambda n: job_of(heap(400, 192), (round((n * 16 / 9) ** 0.5), round((n * 9 / 16) ** 0.5))),
-    ),
-    "texels of a map": ((256**2, 512**2, 1024**2, 2048**2), lambda n: job_of(heap(400, 192), fit={"size": round(n**0.5)})),
-    "partitions": ((1, 2, 4, 8), lambda n: job_of(heap(400, 1200), partition={"kind": "z-log", "count": int(n)})),
+    "triangles": ((25_000, 100_000, 400_000), lambda n: job_of(heap(400, int(n) // 400), SMALL)),
+    "parts": ((500, 2_000, 8_000), lambda n: job_of(heap(int(n), 12), SMALL)),
+    "pixels": ((57_600, 230_400, 921_600), lambda n: job_of(heap(400, 192), (round((n * 16 / 9) ** 0.5), round((n * 9 / 16) ** 0.5)))),
+    "texels of a map": ((256**2, 512**2, 1024**2), lambda n: job_of(heap(400, 192), SMALL, fit={"size": round(n**0.5)})),
+    "partitions": ((1, 2, 4), lambda n: job_of(heap(400, 1200), SMALL, partition={"kind": "z-log", "count": int(n)})),
 }
 
 
-def curves() -> dict[str, dict[str, float]]:
+def curves() -> Iterator[tuple[str, dict[str, float]]]:
     """Processor milliseconds of a frame with the camera moved, over what grows."""
-    out = {}
     for name, (values, make) in CURVES.items():
         row = {}
         for value in values:
             renderer, job = Renderer(), make(value)
             row[f"{value:,.0f}"] = cpu(renderer, [CHANGES["camera moved"](job, i) for i in range(RUNS + 1)][1:])
             renderer.worker.close()
-        out[name] = row
-    return out
+        yield name, row
 
 
 def slope(row: dict[str, float]) -> float:
@@ -202,9 +196,8 @@ LOADERS = {".glb": "bpy.ops.import_scene.gltf", ".stl": "bpy.ops.wm.stl_import"}
 STARTED = ("tray_bottom_mm.stl", "amazing_hand.glb", "huldra_utilities.glb")
 
 
-def start() -> dict[str, dict[str, float]]:
+def start() -> Iterator[tuple[str, dict[str, float]]]:
     """Processor seconds of whole processes: `preview` of this program, and a plain script with Blender's importer and Cycles, 4 samples."""
-    out = {}
     for name in (n for n in STARTED if (CAD_DEV / n).is_file()):
         path = CAD_DEV / name
         with tempfile.TemporaryDirectory() as folder:
@@ -214,8 +207,7 @@ def start() -> dict[str, dict[str, float]]:
             plain = [sys.executable, str(script), str(path), str(Path(folder) / "plain.png")]
             nothing = [sys.executable, "-c", "import bpy"]
             kinds = {"ours": ours, "Cycles, a plain script": plain, "import bpy": nothing}
-            out[name] = {kind: median(_process_s(command) for _ in range(RUNS)) for kind, command in kinds.items()}
-    return out
+            yield name, {kind: median(_process_s(command) for _ in range(RUNS)) for kind, command in kinds.items()}
 
 
 def _process_s(command: list[str]) -> float:
