@@ -92,3 +92,14 @@ def test_roundness_is_one_in_the_core_zero_from_gamma_lim_and_falls_between(gamm
     assert (np.diff(share) <= 0.0).all() and share[0] == 1.0 and share[-1] == 0.0
     assert (share[gammas <= round_core(gamma_lim)] == 1.0).all()
     assert (share[gammas >= max(gamma_lim, np.radians(4.0))] == 0.0).all()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_linear_is_the_matrix_product(rng, dtype):
+    """Of rows and of matrices with many columns."""
+    matrix, columns = rng.normal(size=(4, 3)).astype(dtype), rng.normal(size=(3, 5000)).astype(dtype)
+    expected = [matrix @ columns, matrix[0] @ columns]
+    found = [spaces.linear(matrix, columns), spaces.linear(matrix[0], columns)]
+    for a, b in zip(found, expected, strict=True):
+        assert a.dtype == dtype and a.shape == b.shape
+        assert np.allclose(a, b, rtol=0.0, atol=1e-5 if dtype == np.float32 else 1e-12)
