@@ -7,16 +7,18 @@ import numpy as np
 from ...maths.spaces import linear
 
 CLUSTER_TRIANGLES = 8192
+AT_ONCE = 1 << 14
 
 
 def morton(points: np.ndarray) -> np.ndarray:
     """(P,) uint64 Morton codes of (P, 3) points, 21 bits per axis over their bounds."""
-    low = points.min(axis=0)
+    low = points.min(axis=0).astype(np.float64)
     extent = np.maximum(points.max(axis=0) - low, 1e-30)
-    cells = ((points - low) / extent * (2**21 - 1)).astype(np.uint64)
     code = np.zeros(len(points), np.uint64)
-    for axis in range(3):
-        code |= _spread(cells[:, axis]) << np.uint64(axis)
+    for at in range(0, len(points), AT_ONCE):
+        cells = ((points[at : at + AT_ONCE] - low) / extent * (2**21 - 1)).astype(np.uint64)
+        for axis in range(3):
+            code[at : at + AT_ONCE] |= _spread(cells[:, axis]) << np.uint64(axis)
     return code
 
 
@@ -37,7 +39,7 @@ def clustered(positions: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
     """Triangles of a large mesh in spatial order, and the first triangle of each cluster (C,); small meshes come back as one cluster."""
     if len(triangles) <= CLUSTER_TRIANGLES:
         return triangles, np.zeros(1, np.int64)
-    order = np.argsort(morton(positions[triangles[:, 0]].astype(np.float64)), kind="stable")
+    order = np.argsort(morton(positions[triangles[:, 0]]), kind="stable")
     return triangles[order], np.arange(0, len(triangles), CLUSTER_TRIANGLES)
 
 

@@ -16,11 +16,12 @@ from .clusters import clustered
 from .octahedral import packed_octahedral
 
 AT_ONCE = 1 << 13  # rows whose columns stay in the processor's cache
+CLUSTERS_AT_ONCE = 1 << 16  # triangles of clusters looked at together
 
 
 @dataclass(frozen=True, eq=False)
 class Packed:
-    """A batch of meshes one after the other. `positions` (V, 3) float32 and `normals` (V,) uint32 as placed; `triangles` (T, 3) int64 of
+    """A batch of meshes one after the other. `positions` (V, 3) float32 and `normals` (V,) uint32 as placed; `triangles` (T, 3) int32 of
     the batch's vertices, in drawing order, wound as the mesh is also where it is placed mirrored.
 
     `vertex_ends`, `index_ends` (M,); clusters: `cluster_ends` (M,), and of each `starts` (C,) its first triangle within its mesh, `bounds`
@@ -43,8 +44,7 @@ def packed(meshes: Sequence[Mesh], world_from_object: np.ndarray | None) -> Pack
     drawn = [clustered(mesh.positions, mesh.triangles) for mesh in meshes]
     vertices, counts = (np.array([len(a) for a in arrays]) for arrays in ([m.positions for m in meshes], [t for t, _ in drawn]))
     firsts, begins = np.cumsum(vertices) - vertices, np.cumsum(counts) - counts
-    triangles = np.concatenate([t for t, _ in drawn]).astype(np.int64)
-    triangles += np.repeat(firsts, counts)[:, None]
+    triangles = np.concatenate([t + first for (t, _), first in zip(drawn, firsts.tolist(), strict=True)])
     clusters = np.array([len(starts) for _, starts in drawn])
     starts = np.concatenate([starts for _, starts in drawn])
     positions, normals = np.concatenate([m.positions for m in meshes]), np.concatenate([m.normals for m in meshes])
@@ -95,12 +95,20 @@ def cofactors(matrices: np.ndarray) -> np.ndarray:
 
 def bounds_and_edges(positions: np.ndarray, triangles: np.ndarray, starts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(C, 2, 3) bounds and (C,) length of the longest edge, float64, of the clusters of triangles that begin at `starts` (C,)."""
-    bounds, squares = np.empty((len(starts), 2, 3)), [np.zeros(len(triangles), np.float32) for _ in range(3)]
-    for axis in range(3):
-        column = np.ascontiguousarray(positions[:, axis])
-        a, b, c = (column[triangles[:, k]] for k in range(3))
-        bounds[:, 0, axis] = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), starts)
-        bounds[:, 1, axis] = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), starts)
-        for square, edge in zip(squares, (a - b, b - c, c - a), strict=True):
-            square += edge * edge
-    return bounds, np.sqrt(np.maximum.reduceat(np.maximum.reduce(squares), starts)).astype(np.float64)
+    bounds, longest = np.empty((len(starts), 2, 3)), np.empty(len(starts))
+    columns = [np.ascontiguousarray(positions[:, axis]) for axis in range(3)]
+    ends = np.append(starts[1:], len(triangles))
+    first = 0
+    while first < len(starts):
+        last = max(first + 1, int(np.searchsorted(ends, starts[first] + CLUSTERS_AT_ONCE, side="right")))
+        own = triangles[starts[first] : ends[last - 1]]
+        begins, squares = starts[first:last] - starts[first], [np.zeros(len(own), np.float32) for _ in range(3)]
+        for axis, column in enumerate(columns):
+            a, b, c = (column[own[:, k]] for k in range(3))
+            bounds[first:last, 0, axis] = np.minimum.reduceat(np.minimum(np.minimum(a, b), c), begins)
+            bounds[first:last, 1, axis] = np.maximum.reduceat(np.maximum(np.maximum(a, b), c), begins)
+            for square, edge in zip(squares, (a - b, b - c, c - a), strict=True):
+                square += edge * edge
+        longest[first:last] = np.sqrt(np.maximum.reduceat(np.maximum.reduce(squares), begins))
+        first = last
+    return bounds, longest

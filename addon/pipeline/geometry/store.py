@@ -147,7 +147,7 @@ class GeometryStore:
             batch = packed(chosen, None if matrices is None else matrices[some[0] : some[-1] + 1])
             first_vertex, first_index = self._reserve_vertices(int(batch.vertex_ends[-1])), self._reserve_indices(int(batch.index_ends[-1]))
             slots = self._reserve_slots(len(chosen))
-            self.indices.write((batch.triangles + first_vertex).astype(np.uint32), offset=first_index * 4)
+            self.indices.write(np.add(batch.triangles, first_vertex, dtype=np.uint32, casting="unsafe"), offset=first_index * 4)
             counts = np.diff(batch.vertex_ends, prepend=0)
             self.vertex_slots.write(np.repeat(np.arange(slots, slots + len(chosen), dtype=np.uint32), counts), offset=first_vertex * 4)
             self._write_vertices(batch, slice(None), first_vertex)
