@@ -2,9 +2,11 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import pytest
 
+from addon.cli import shared_arguments
 from addon.cli.commands import COMMANDS
 from addon.cli.parser import build_parser
 from tests.conftest import ROOT
@@ -17,6 +19,7 @@ LEAST = {
 }
 WITHOUT_BLENDER = """
 import sys
+from dataclasses import replace
 for name in ("bpy", "mathutils", "gpu", "bmesh"):
     sys.modules[name] = None
 from addon.cli.main import main
@@ -48,3 +51,14 @@ def test_words_and_mistakes_need_no_blender(argv, code):
 def test_the_developers_script_refuses_what_is_no_command():
     done = subprocess.run(["bash", "dev", "sun_studies"], cwd=ROOT, capture_output=True, text=True, timeout=60)
     assert done.returncode == 1 and "no command 'sun_studies'" in done.stderr
+
+
+def test_a_command_without_options_of_the_method_has_no_preset_and_no_batch(monkeypatch):
+    def few(parser):
+        shared_arguments.add_inputs(parser)
+        shared_arguments.add_view(parser)
+
+    row = replace(COMMANDS["analyse"], name="count", add_arguments=few)
+    monkeypatch.setitem(COMMANDS, "count", row)
+    args = build_parser().parse_args(["count", "a.obj"])
+    assert args.preset is None and args.jobs == 1 and not args.worker and not args.contact_sheet

@@ -15,7 +15,7 @@ def build_parser(prog: str = "cad_shadow") -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for row in COMMANDS.values():
         command = commands.add_parser(row.name, help=row.help, description=row.description)
-        command.set_defaults(**NO_BATCH)
+        command.set_defaults(**NO_BATCH, preset=None)
         row.add_arguments(command)
     return parser
 
