@@ -1,4 +1,4 @@
-"""Any settings, any camera, any light: a picture without NaN, maps with finite matrices, every pixel of a map there is, no OpenGL error; or one line.
+"""Any settings, any camera, any light: a sound picture (no NaN, finite maps, no OpenGL error), or one line.
 
 Values come from the fields' own domains, so that what is added to the settings is tried as well.
 """
