@@ -20,15 +20,15 @@ ADDON = ROOT / "addon"
 FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors < __init__",
-    "addon/blender": "animation < cad_materials changes clip_range lettering own_images preferences redraw registering render_wish"
-    " snapshot textures < cad_import section_properties sun_properties < inputs presets light_kind properties rendering"
-    " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
+    "addon/blender": "animation support < cad_materials changes clip_range lettering own_images preferences redraw registering"
+    " render_wish snapshot textures < cad_import section_properties sun_properties < inputs presets light_kind properties rendering <"
+    " image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "chosen compatible layer_passes placing words < impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
-    "addon/blender/snapshot": "cameras light_links lights pictures random_numbers vertex_colors visibility < nodes varied < meshes shaders"
-    " < materials world < instances < marks < reader < __init__",
+    "addon/blender/snapshot": "cameras complaints light_links pictures random_numbers vertex_colors visibility < nodes varied"
+    " < meshes shaders < lights materials world < instances < marks < reader < __init__",
     "addon/cli": "argument_types command exit_codes settings_file batch < rivals shared_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",

@@ -20,6 +20,7 @@ from collections.abc import Iterator
 from math import isinf
 from pathlib import Path
 
+from addon.blender.support import SUPPORT
 from addon.cli.parser import build_parser
 from addon.pipeline.render_passes import RENDER_PASSES
 from addon.scene.cad.formats import FORMATS
@@ -30,6 +31,7 @@ from addon.settings.options import BY_NAME
 ROOT = Path(__file__).resolve().parents[1]
 DOCS, PRESETS = ROOT / "docs", ROOT / "addon" / "blender" / "presets" / "cad_shadow_preview"
 COMMAND_LINE = DOCS / "command_line.md"
+BLENDER_SUPPORT = DOCS / "blender_support.md"
 MARKED = re.compile(r"(<!-- (options|choices|presets|passes|formats|looks): ([a-z_ ]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 UNITS = {"m": " m", "texel": " texels"}
 
@@ -210,10 +212,34 @@ def command_page() -> str:
     return text
 
 
+SUPPORT_HEAD = """# What of Blender is honoured
+
+Made by `python -m tools.docs_tables` from `addon/blender/support.py`; do not edit. A test compares it with the Blender it runs in: every
+property of these types is here.
+
+*Honoured*: it changes the picture as it does in Cycles. *Warned*: it is left out, and where it is set a line in the report's `warnings` and
+in Blender's log says so. *No effect*: interface, editing, other engines' own, or light that bounces.
+"""
+
+
+def support_page() -> str:
+    """What becomes of Blender's properties, type by type."""
+    text = SUPPORT_HEAD
+    for owner in dict.fromkeys(row.owner for row in SUPPORT):
+        rows = [
+            (", ".join(f"`{name}`" for name in row.names.split()), row.status, row.text.replace("{}", "…"))
+            for row in SUPPORT
+            if row.owner == owner
+        ]
+        text += f"\n## {owner}\n" + table(("Properties", "Status", "What becomes of them"), rows)
+    return text
+
+
 def pages() -> dict[Path, str]:
     """Every page with something made in it, as it should be."""
-    marked = {path: path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("*.md")) if path != COMMAND_LINE}
-    return {path: filled(text) for path, text in marked.items() if MARKED.search(text)} | {COMMAND_LINE: command_page()}
+    marked = {path: path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("*.md")) if path not in (COMMAND_LINE, BLENDER_SUPPORT)}
+    made = {COMMAND_LINE: command_page(), BLENDER_SUPPORT: support_page()}
+    return {path: filled(text) for path, text in marked.items() if MARKED.search(text)} | made
 
 
 def main() -> int:

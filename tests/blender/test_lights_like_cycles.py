@@ -121,4 +121,4 @@ def test_the_lamp_that_lights_what_is_seen_is_chosen():
 
 def test_blenders_light_panels_know_the_engine(room):
     names = {cls.__name__ for cls in room("blender.panels.compatible").fitting_panels()}
-    assert {"DATA_PT_EEVEE_light", "EEVEE_WORLD_PT_surface", "WORLD_PT_context_world", "VIEWLAYER_PT_override"} <= names
+    assert {"DATA_PT_EEVEE_light", "EEVEE_WORLD_PT_surface", "WORLD_PT_context_world"} <= names

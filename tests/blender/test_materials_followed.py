@@ -163,7 +163,9 @@ TREES = (
 
 
 @pytest.mark.parametrize("tree", TREES, ids=[tree.__name__ for tree in TREES])
-def test_a_tree_looks_as_in_cycles(tree, tmp_path):
+def test_a_tree_looks_as_in_cycles(tree, tmp_path, blend):
+    if tree is muted and blend.app.version < (5, 0, 0):
+        pytest.skip("Cycles of this Blender draws black behind a muted node that nothing is linked to")
     scene = judge.standard_scene()
     paint = judge.material("followed")
     tree(paint, paint.node_tree)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...maths.view import Light
 from ...scene.records import Mark
+from .complaints import complaints
 from .light_links import Linked, links_of
 from .lights import light_from_object
 from .materials import Followed, Paint, paint_of
@@ -100,11 +101,14 @@ class InstanceLoop:
         self._asking: set[int] = set()  # kinds with a material that depends on the object
         self._variants: dict[tuple[int, tuple[Paint, ...]], int] = {}
         self._unfollowed: dict[str, None] = {}
+        self._lights: list[bpy.types.Object] = []
 
     def run(self) -> Rows:
         """The rows; those whose matrix is not finite or squashes the object flat are left out with a warning."""
         index, count = self._walk()
         rows, world = self.rows, self.depsgraph.scene.world
+        rows.warnings.extend(complaints(self.depsgraph, self._lights))
+        self._lights.clear()
         if world is not None:
             mist = world.mist_settings
             rows.mist = float(mist.start), float(mist.depth), mist.falloff
@@ -215,6 +219,7 @@ class InstanceLoop:
         return followed
 
     def _add_light(self, ob: bpy.types.Object, matrix: np.ndarray) -> None:
+        self._lights.append(ob.original)
         light, warning = light_from_object(ob, matrix, np.zeros(3))
         if light is not None:
             self.rows.lights.append(light)

@@ -11,6 +11,8 @@ import numpy as np
 from ...errors import SceneError
 from ...maths.view import Light
 from ...scene.light_choice import FAINTEST, strength
+from .nodes import Plug, Surroundings, Unfollowable
+from .shaders import closures
 
 MAX_CONE_RAD = 1.5
 HARD_PANEL = "Area light '{}' casts hard shadows here, from its middle."
@@ -24,22 +26,32 @@ def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origi
     before it, P/π W/m² at 1 m before its middle.
     """
     data, name = ob.data, ob.name
+    if getattr(getattr(data, "cycles", None), "is_portal", False):
+        return None, ""
     axis = world_from_object[:3, 2]
     length = float(np.linalg.norm(axis))
     if not (np.isfinite(world_from_object).all() and length > 0.0):
         return None, f"Light '{name}' is scaled to zero or placed at infinity: left out."
     position = world_from_object[:3, 3] - origin_ws
     direction = axis / length
-    common = {"color": _color(data), "name": name, "is_physical": True, "casts": bool(getattr(data, "use_shadow", True))}
+    factor, unknown = _by_nodes(data)
+    warnings = f"Light '{name}' has nodes that cannot be followed ({unknown}): it shines without them." if unknown else ""
+    common = {
+        "color": tuple(c * f for c, f in zip(_color(data), factor, strict=True)),
+        "name": name,
+        "is_physical": True,
+        "casts": bool(getattr(data, "use_shadow", True)),
+    }
     if data.type == "SUN":
-        return Light("sun", direction, None, **common), ""
+        return Light("sun", direction, None, **common), warnings
     if data.type == "POINT":
-        return Light("point", None, position, **common), ""
+        return Light("point", None, position, **common), warnings
     if data.type == "SPOT":
-        return _spot(data, name, world_from_object, direction, position, common)
+        light, narrowed = _spot(data, name, world_from_object, direction, position, common)
+        return light, narrowed or warnings
     half_spread = float(data.spread) / 2.0
     cone = min(max(half_spread, 1e-3), MAX_CONE_RAD)
-    return Light("spot", direction, position, cone, 0.0, spread_rad=half_spread, **common), HARD_PANEL.format(name)
+    return Light("spot", direction, position, cone, 0.0, spread_rad=half_spread, **common), warnings or HARD_PANEL.format(name)
 
 
 def _spot(
@@ -68,6 +80,18 @@ def _spot(
         local_cone_rad=cone,
         **common,
     ), warning
+
+
+def _by_nodes(data: bpy.types.Light) -> tuple[tuple[float, float, float], str]:
+    """What a light's nodes multiply its colour by, and the type of a node that cannot be followed ('' if none)."""
+    tree = data.node_tree if bpy.app.version >= (5, 0, 0) or data.use_nodes else None
+    output = next((node for node in tree.nodes if node.type == "OUTPUT_LIGHT" and node.is_active_output), None) if tree else None
+    if output is None:
+        return (1.0, 1.0, 1.0), ""
+    try:
+        return closures(Plug(output.inputs["Surface"]), Surroundings()).emission, ""
+    except Unfollowable as error:
+        return (1.0, 1.0, 1.0), str(error)
 
 
 def _color(data: bpy.types.Light) -> tuple[float, float, float]:

@@ -52,7 +52,7 @@ class Followed:
 def paint_of(material: bpy.types.Material | None, ob: bpy.types.Object | None = None, random: float = 0.0) -> Followed:
     """The paint of a material on an object (None: one that asks nothing of it), from its node tree; without nodes its viewport colour."""
     if material is None:
-        return Followed(Paint())
+        return Followed(Paint(look=COATED if bpy.app.version >= (5, 0, 0) else PLAIN))
     found = _followed(material, ob, random)
     return replace(found, paint=replace(found.paint, name=material.name, index=material.pass_index))
 
