@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
@@ -118,7 +118,7 @@ class Ground:
     half: tuple[float, float]
     reach: float
 
-    def moved_by(self, offset: np.ndarray) -> Ground:
+    def moved_by(self, offset: Sequence[float] | np.ndarray) -> Ground:
         """The same in a world whose origin lies at `offset` (3,)."""
         return replace(self, centre=(self.centre[0] - float(offset[0]), self.centre[1] - float(offset[1])))
 

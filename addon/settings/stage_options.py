@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from .option import Option, choice
 from .words import CAP_WORDS, GROUND_WORDS
@@ -49,11 +50,11 @@ STAGE_OPTIONS: tuple[Option, ...] = (
 )
 
 
-def _has_edges(v: object) -> bool:
+def _has_edges(v: Any) -> bool:
     return v.edges > 0.0
 
 
-STAGE_APPLIES: dict[str, Callable[[object], bool]] = {
+STAGE_APPLIES: dict[str, Callable[[Any], bool]] = {
     "ground_height": lambda v: v.ground == "height",
     "ground_strength": lambda v: v.ground != "off",
     "section_color": lambda v: v.section_caps != "none",

@@ -165,7 +165,7 @@ class _Warnings:
 def _assembled(scene: Scene, rows: list[_Row], warnings: tuple[str, ...]) -> Scene:
     """A scene of these rows; meshes that are the same are one."""
     number: dict[Hashable, int] = {}
-    meshes = []
+    meshes: list[Mesh] = []
     for row in rows:
         if row.mesh.key not in number:
             number[row.mesh.key] = len(meshes)
