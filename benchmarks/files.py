@@ -250,12 +250,26 @@ def page(results: dict) -> str:
     return "\n".join(lines) + "\n"
 
 
+def measure(results: dict, only_missing: bool) -> None:
+    """Everything, or what is not there yet; kept as it comes."""
+    for reader in READERS:
+        if not (only_missing and reader in results["index"]):
+            results["index"][reader] = child("--index", reader)
+    for path in sorted(CAD_DEV.glob("*.*")):
+        own = results["models"].setdefault(path.name, {}) if path.suffix in (*BLENDERS, ".step") else {}
+        for reader in READERS if path.suffix in BLENDERS else ("ours", "trimesh") if path.suffix == ".step" else ():
+            if not (only_missing and reader in own):
+                own[reader] = child("--one", reader, str(path))
+                RESULTS.write_text(json.dumps(results, indent=1) + "\n")
+
+
 def main(arguments: list[str]) -> None:
     """Measure, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--index", choices=READERS, help="only print which inputs this reader has right")
     parser.add_argument("--one", nargs=2, metavar=("READER", "FILE"), help="only print what one reading costs")
     parser.add_argument("--checkout", type=Path, help="another checkout, for the column before")
+    parser.add_argument("--missing", action="store_true", help="measure only what has not been measured")
     parser.add_argument("--page-only", action="store_true", help="write the page from what was measured")
     asked = parser.parse_args(arguments)
     if asked.index or asked.one:
@@ -265,11 +279,7 @@ def main(arguments: list[str]) -> None:
     if asked.checkout:
         results["index"]["before"] = child("--index", "ours", checkout=asked.checkout.resolve())
     elif not asked.page_only:
-        results["index"] |= {reader: child("--index", reader) for reader in READERS}
-        for path in sorted(CAD_DEV.glob("*.*")):
-            readers = [r for r in READERS if r != "blender" or path.suffix in BLENDERS]
-            if path.suffix in (*BLENDERS, ".step"):
-                results["models"][path.name] = {reader: child("--one", reader, str(path)) for reader in readers}
+        measure(results, asked.missing)
     RESULTS.write_text(json.dumps(results, indent=1) + "\n")
     PAGE.write_text(page(results), encoding="utf-8")
 

@@ -392,6 +392,18 @@ def placed(nodes, i, points, triangles):
     return (points @ np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]))[triangles]
 
 
+def test_pictures_of_a_model_named_from_the_current_folder_are_found_from_any(tmp_path, monkeypatch):
+    (tmp_path / "rust.png").write_bytes(b"\x89PNG")
+    gltf = one_box(images=[{"uri": "rust.png"}], textures=[{"source": 0}])
+    gltf.add("materials", pbrMetallicRoughness={"baseColorTexture": {"index": 0}})
+    gltf.document["meshes"][0]["primitives"][0]["material"] = 0
+    (tmp_path / "a.glb").write_bytes(gltf.glb())
+    monkeypatch.chdir(tmp_path)
+    model = cad.read("a.glb")
+    assert model.materials[0].image.path == str(tmp_path / "rust.png")
+    assert any("1 set of texture coordinates" in line for line in model.warnings)
+
+
 def test_pictures_lights_and_colours_come_through_the_reading_process(tmp_path):
     (tmp_path / "rust.png").write_bytes(b"\x89PNG")
     lights = [{"type": "spot", "intensity": 2}]

@@ -87,7 +87,7 @@ def _image(document: Document, reference: dict, owner: str, losses: Losses) -> C
         losses.add("picture{s} that are missing beside it", unquote(uri))
         return None
     note(path)
-    return CadImage(name, path=str(path))
+    return CadImage(name, path=str(path.absolute()))
 
 
 def transformed_uvs(uvs: np.ndarray, reference: dict) -> np.ndarray:

@@ -99,4 +99,4 @@ def _image(path: Path, line: bytes, losses: Losses) -> CadImage | None:
         losses.add("picture{s} that are missing beside it", text_of(_file_name(line)) if line else "")
         return None
     note(found[0])
-    return CadImage(found[0].name, path=str(found[0]))
+    return CadImage(found[0].name, path=str(found[0].absolute()))
