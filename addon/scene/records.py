@@ -202,7 +202,7 @@ class Scene:
                 origin_ws=self.origin_ws + key,
                 lights=tuple(light.moved_by(key) for light in self.lights),
                 cameras=tuple(camera.moved_by(key) for camera in self.cameras),
-                ground=self.ground and self.ground.moved_by(key),
+                ground=self.ground and self.ground.moved_by(np.array(key)),
             )
         return self._moved[key]
 

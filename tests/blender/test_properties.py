@@ -29,6 +29,7 @@ def test_untouched_properties_are_the_dataclass_defaults(props, modules):
 def test_every_field_of_the_settings_has_an_option(modules):
     settings = modules["settings.groups"].Settings()
     everything = {(group.name, field.name) for group in fields(settings) for field in fields(getattr(settings, group.name))}
+    everything.remove(("section", "planes"))  # from the section planes' own properties: test_sections.py
     assert everything == {target for option in modules["settings.options"].OPTIONS for target in option.targets}
 
 
@@ -60,6 +61,9 @@ CHANGES = {
     "impostor_sprite": 0.5, "impostor_ahead": 0.5,
     "impostor_break_even": False, "impostor_views": 2, "impostor_directions": 8, "impostor_fill": False,
     "impostor_casters": "impostor",
+    "edges": 1.5, "edge_color": (0.1, 0.2, 0.3), "edge_strength": 0.5, "edge_angle": 45.0,
+    "ground": "height", "ground_height": 2.5, "ground_strength": 0.5,
+    "section_caps": "hatch", "section_color": (0.3, 0.2, 0.1), "section_whole": True,
 }  # fmt: skip
 
 
@@ -69,6 +73,11 @@ def test_every_option_has_a_case_here(modules):
 
 # what must be chosen for an option to apply at all
 NEEDS = {
+    "edge_color": {"edges": 1.0},
+    "edge_strength": {"edges": 1.0},
+    "edge_angle": {"edges": 1.0},
+    "ground_height": {"ground": "height"},
+    "ground_strength": {"ground": "auto"},
     "log_bend": {"warp": "logpsm"},
     "split_weight": {"partition": "z-pssm"},
     "bias": {"bias_strategy": "constant"},
@@ -140,8 +149,9 @@ def test_saved_settings_carry_their_version(blend, tmp_path, modules):
 
 
 def groups(blend):
-    """The settings of the scene and those of its sun."""
-    return blend.context.scene.cad_shadow, blend.context.scene.cad_shadow.sun
+    """The settings of the scene, those of its sun and of a section plane."""
+    props = blend.context.scene.cad_shadow
+    return props, props.sun, props.section_1
 
 
 def test_setting_any_property_from_python_has_the_areas_drawn_again(blend, room, monkeypatch):
@@ -150,7 +160,7 @@ def test_setting_any_property_from_python_has_the_areas_drawn_again(blend, room,
     monkeypatch.setattr(room("blender.redraw"), "redraw", drawn.append)
     for group in groups(blend):
         for prop in group.bl_rna.properties:
-            if prop.identifier in ("rna_type", "name", "sun", "settings_version"):
+            if prop.identifier in ("rna_type", "name", "sun", "section_1", "section_2", "section_3", "settings_version"):
                 continue
             drawn.clear()
             setattr(group, prop.identifier, getattr(group, prop.identifier))
