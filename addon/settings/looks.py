@@ -44,7 +44,7 @@ LOOKS: dict[str, PictureLook] = {
     "cad": PictureLook(
         "CAD",
         "Parts in their own colors with thin dark edges, on a ground that catches their shadows: what CAD programs show",
-        {"edges": 1.2, "ground": "auto", "background": (0.80, 0.84, 0.88, 1.0)},
+        {"edges": 1.2, "ground": "auto", "background": (0.62, 0.67, 0.73, 1.0), "own_sun": 0.7},
     ),
     "clay": PictureLook(
         "Clay",

@@ -1,5 +1,7 @@
 """Section planes from an object or typed, in the panel, in F12 and on the command line."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -72,3 +74,35 @@ def test_live_view_sets_engine_and_shading_and_puts_the_shading_back(room):
     assert (context.scene.render.engine, Space.shading.type) == ("CAD_SHADOW_PREVIEW", "RENDERED")
     live.CAD_SHADOW_OT_live_view.execute(None, context)
     assert Space.shading.type == "SOLID"
+
+
+def test_the_command_line_cuts_lays_ground_and_takes_a_look(main, tmp_path):
+    """One picture with all three, and what the report says of them."""
+    box = tmp_path / "box.obj"
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    faces = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+    box.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {a} {b} {c} {d}\n" for a, b, c, d in faces))
+    words = ("--look", "clay", "--ground", "-0.5", "--section", "0,0,0.5,0,0,1", "--section", "0.5,0,0,1,0,0", "--section-caps", "hatch")
+    small = ("--size", "64x48", "--map-size", "64", "--samples", "1", "--up-axis", "Z", "--units", "m")
+    assert main(["preview", str(box), "-o", str(tmp_path), "--passes", "combined,edges", "--edges", "2", *small, *words]) == 0
+    settings = json.loads((tmp_path / "box_report.json").read_text())["settings"]
+    assert settings["section"]["planes"] == [0, 0, 0.5, 0, 0, 1, 0.5, 0, 0, 1, 0, 0]
+    assert settings["section"]["caps"] == "hatch"
+    assert (settings["ground"]["kind"], settings["ground"]["height"]) == ("height", -0.5)
+    assert (settings["shading"]["use_object_colors"], settings["edges"]["width"]) == (False, 2.0)
+    assert (tmp_path / "box_edges.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--section", "0,0,1"), "3 numbers, not 6"),
+        (("--section", "0,0,1,0,0,0"), "normal is zero"),
+        (("--ground", "low"), "neither auto, off, nor a height"),
+        (("--look", "shiny"), "invalid choice"),
+        (("--edges", "-1"), "does not lie between 0 and 16"),
+    ],
+)
+def test_what_cannot_be_meant_is_bad_usage(main, tmp_path, capfd, words, complaint):
+    assert main(["preview", "x.obj", "-o", str(tmp_path), *words]) == 2
+    assert complaint in capfd.readouterr().err

@@ -172,3 +172,11 @@ def test_a_section_that_takes_everything_says_so():
 def test_an_open_body_is_named_in_the_warnings(renderer):
     made = job(scenes.scene_of(scenes.rod((0, 0, 0), (0, 0, 1), 0.5)), settings(section={"planes": (0, 0, 0.5, 0, 0, 1.0)}))
     assert any("'part 0': not closed" in warning for warning in made.warnings)
+
+
+def test_caps_and_edges_in_the_first_picture_of_a_size(renderer):
+    """The targets of edges are made while the caps' framebuffer has just gone."""
+    chosen = settings(section={"planes": (0, 0, 0.5, 0, 0, 1.0)}, edges={"width": 2.0})
+    made = staged(Job(scenes.scene_of(BOX), FROM_ABOVE, SUN, chosen, (67, 43), ("combined", "edges")))
+    passes = run(made, on=renderer).frame.passes
+    assert passes["edges"].max() > 0.9

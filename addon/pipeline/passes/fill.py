@@ -27,7 +27,12 @@ def fill(context: moderngl.Context, target: moderngl.Framebuffer, program: moder
 
 
 def fill_over(context: moderngl.Context, picture: moderngl.Texture, program: moderngl.Program) -> None:
-    """Lay the premultiplied colour that `program` gives every pixel over `picture`."""
+    """Lay the premultiplied colour that `program` gives every pixel over `picture`.
+
+    What was bound before is bound again: moderngl binds the last framebuffer when it makes another, and this one is gone by then.
+    """
+    before = context.fbo
     framebuffer = context.framebuffer([picture])
     fill(context, framebuffer, program, blends=True)
+    before.use()
     framebuffer.release()
