@@ -14,6 +14,9 @@ from .shaders import Closures, closures
 DEFAULT_COLOR = (0.8, 0.8, 0.8, 1.0)
 FAINTEST = 0.004
 """Opacity of a surface that is as good as not there: less than a step of an 8-bit picture."""
+LETS_LIGHT_THROUGH = 0.5
+"""Opacity below which a surface casts no shadow."""
+OPAQUE = 0.99
 Color = tuple[float, float, float, float]
 
 
@@ -89,7 +92,7 @@ def plain_look(material: bpy.types.Material) -> Look:
 
 
 def _paint(seen: Closures) -> Paint:
-    opacity = 1.0 - min(sum(seen.through) / 3.0, 1.0)
+    opacity = 1.0 - min(max(seen.through), 1.0)
     if opacity < FAINTEST and seen.weight < FAINTEST:
         return Paint((*seen.through, opacity), PLAIN, False)
     tinted = seen.weight < FAINTEST and seen.emission == (0.0, 0.0, 0.0) and seen.hole == 0.0
