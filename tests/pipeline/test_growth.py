@@ -214,3 +214,29 @@ def test_what_is_noted_of_moved_parts_is_what_a_new_upload_notes(worker):
 
     kept, new = worker.call(noted)
     assert kept == new and len(kept[0][0]) == 4 and len(kept[2]) == 1
+
+
+def test_what_is_placed_often_is_not_drawn_along_where_it_lies_in_the_pool(worker, monkeypatch):
+    """Meshes of either kind that come later lie between those of before."""
+    monkeypatch.setattr("addon.pipeline.geometry.parts.BAKE_TRIANGLES", 20)
+    base = boxes(12)
+
+    def scene(index):
+        placed = np.tile(np.eye(4), (len(index), 1, 1))
+        placed[:, 0, 3] = np.arange(len(index))
+        rows = Instances(np.array(index), placed, np.arange(len(index)), np.zeros(len(index)), np.ones((len(index), 4)))
+        return Scene(base.meshes, rows, tuple(map(str, range(len(index)))), np.zeros(3))
+
+    steps = [[0, 1], [0, 1, 2, 2, 2], [0, 1, 2, 2, 2, 3], [0, 1, 2, 2, 2, 3, 4, 4, 4, 5]]
+
+    def covered(context):
+        store = GeometryStore(context)
+        drawn = [store.sync(scene(index)) for index in steps][-1]
+        calls = runs(np.ones(len(drawn.ranges.first), bool), drawn.ranges.first, drawn.ranges.count, drawn.barriers, 3072)
+        groups = [(group.first_index, group.first_index + group.index_count) for group in drawn.groups]
+        store.release()
+        return calls, groups, int(drawn.ranges.first.max())
+
+    calls, groups, last = worker.call(covered)
+    assert len(groups) == 2 and min(groups)[0] < last, "an instanced mesh lies before a baked one"
+    assert all(stop <= first or first + count <= start for first, count in calls for start, stop in groups)

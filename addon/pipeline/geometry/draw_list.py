@@ -157,7 +157,7 @@ class DrawList:
         chosen = self.chosen(planes, select, rows)
         if without is not None:
             chosen = Chosen(chosen.ranges & ~without.ranges, [a & ~b for a, b in zip(chosen.groups, without.groups, strict=True)])
-        barriers = None if without is None else np.cumsum(without.ranges)  # nothing is drawn along across what is left out
+        barriers = self.barriers if without is None else self.barriers + np.cumsum(without.ranges)
         gap = MERGED_GAP if select is None and rows is None else 0
         culled, sent = self._culled(chosen, culling), 0
         for mask, by in ((culled.ranges, culling), (chosen.ranges & ~culled.ranges, None)):
@@ -175,6 +175,12 @@ class DrawList:
             mask &= select(boxes.bounds_ws, boxes.longest_edge_m)
         ranges, *groups = np.split(mask, boxes.ends[:-1])
         return Chosen(ranges, groups)
+
+    @cached_property
+    def barriers(self) -> np.ndarray:
+        """(R,) a number that rises from range to range where an instanced mesh lies between them: nothing is drawn along across it, nor
+        across what is left out. All else between ranges is nothing: given back, and zero."""
+        return np.searchsorted(np.sort([group.first_index for group in self.groups]), self.ranges.first)
 
     @cached_property
     def _all(self) -> _BoxTable:
