@@ -7,7 +7,9 @@
     elsewhere    a quarter of an orbit that the error's weights were not fitted on: 5 radii, 50° above
     life         the first third of it with sprites alone, without captures ahead, with other predictors, for the models drawn as impostors
     shadows      shadows on a floor cast by impostors against those of the triangles
+    limits       an orbit, an approach, a retreat and a spiral, 16 frames each: whether the limit of the predicted error holds
     approach     three of the models approached from 16 to 3 radii: renewals that carry the predictors' edges over, against all anew
+    pay          whole pictures with the break-even against the geometry's: a moving view, final renders
     speed        an impostor against its geometry, drawn in turn, and 200 predictions
 
 Results go to benchmarks/results/impostors-*.json model by model; `--resume` leaves out those already there. `write` (done at the end of
@@ -29,7 +31,7 @@ from addon.maths.relief.picture import picture_errors
 from addon.pipeline.device import device_of
 from addon.pipeline.gl.context import GpuWorker
 from addon.pipeline.renderer import Renderer
-from benchmarks import impostor_approach, impostor_films, impostor_tables
+from benchmarks import impostor_approach, impostor_films, impostor_limits, impostor_pay, impostor_tables
 from benchmarks.impostor_stage import MODELS, Stage, ball_scene, load
 
 SIZE = 240
@@ -38,8 +40,14 @@ APPROACHED = ("featuretype.step", "hand_wheel_valve.ply", "cycloidal_drive_mm.gl
 ONLY = {"life": (*APPROACHED, "robile_housing.obj", "amazing_hand.glb", "duplex_house.obj", "tray_bottom_mm.stl"), "approach": APPROACHED}
 """The models of tables that are not made of all: the four others are drawn as geometry at the films' size, finer than their texels."""
 ORBITS = {"orbit": impostor_films.orbit, "elsewhere": impostor_films.elsewhere, "life": impostor_films.life}
-FILMS = {"rest": impostor_films.rest, "shadows": impostor_films.shadows, "approach": impostor_approach.approach}
-TABLES = ("predictors", "rest", "pictures", "orbit", "elsewhere", "life", "shadows", "approach", "speed")
+FILMS = {
+    "rest": impostor_films.rest,
+    "shadows": impostor_films.shadows,
+    "limits": impostor_limits.limits,
+    "approach": impostor_approach.approach,
+}
+TABLES = ("predictors", "rest", "pictures", "orbit", "elsewhere", "life", "shadows", "limits", "approach", "pay", "speed")
+OF_BALLS = "pay", "speed"
 
 
 def predictors(stage: Stage, name: str) -> list[dict]:
@@ -146,10 +154,12 @@ def main() -> None:
     renderer = Renderer(worker)
     if "speed" in tables:
         impostor_tables.keep("speed", speed(worker))
+    if "pay" in tables:
+        impostor_tables.keep("pay", impostor_pay.pay(renderer))
     for name in chosen.models:
         for kind in tables:
             done = {row.get("model") for row in impostor_tables.kept(kind)} if chosen.resume else set()
-            if kind != "speed" and name not in done and name in ONLY.get(kind, MODELS):
+            if kind not in OF_BALLS and name not in done and name in ONLY.get(kind, MODELS):
                 print(kind, name, flush=True)
                 impostor_tables.keep(kind, _rows(worker, renderer, chosen, kind, name))
     worker.close()

@@ -261,7 +261,7 @@ def _shade_once(
     side: int = 1,
 ) -> None:
     maps = _shadow_maps(device, job, plan) if plan is not None else None
-    holds_impostors = impostors is not None and bool(impostors.drawn) and maps is not None
+    holds_impostors = impostors is not None and bool(impostors.drawn)
     walks = holds_impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
     triangles = device.triangles(linked=walks, normals=holds_impostors)
     large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None

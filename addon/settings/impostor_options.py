@@ -57,7 +57,8 @@ IMPOSTOR_OPTIONS: tuple[Option, ...] = (
         "views",
         "count",
         "Views",
-        "Captures drawn together, the nearest to the eye dithered, the others where those have holes: more stay right longer and cost more",
+        "Captures kept, and drawn together where the nearest alone is over the error limit or one of a set of directions: the nearest two "
+        "dithered, the others where those have holes",
     ),
     _one(
         "impostor_directions",

@@ -1,17 +1,24 @@
 // The triangle that a view ray really meets, from one nearby on the same surface. A texel of an impostor names one triangle, but what is
 // seen through it may lie on that triangle's neighbours, and on its own plane it would stand in their shadow or in them.
 uniform usamplerBuffer u_normals;   // of the vertices, octahedral
+uniform vec2 u_section;             // view depths between which the camera shows something
 
-// Edge functions of the ray through x along `along`, x being near: all of one sign where it passes through the triangle.
-struct Facing { vec3 edges, lengths; };
+// Edge functions of the ray through x along `along`, x being near: all of one sign where it passes through the triangle of these corners.
+vec3 edges_seen(mat3 corners, vec3 along) {
+    vec3 edges = vec3(
+        dot(along, cross(corners[0], corners[1])), dot(along, cross(corners[1], corners[2])), dot(along, cross(corners[2], corners[0])));
+    return edges.x + edges.y + edges.z < 0.0 ? -edges : edges;
+}
 
-Facing seen_along(uvec4 info, uint slot, uint triangle, vec3 x, vec3 along) {
-    vec3 a = corner_ws(info, slot, triangle * 3u) - x;
-    vec3 b = corner_ws(info, slot, triangle * 3u + 1u) - x;
-    vec3 c = corner_ws(info, slot, triangle * 3u + 2u) - x;
-    vec3 edges = vec3(dot(along, cross(a, b)), dot(along, cross(b, c)), dot(along, cross(c, a)));
-    vec3 lengths = vec3(length(cross(along, b - a)), length(cross(along, c - b)), length(cross(along, a - c)));
-    return Facing(edges.x + edges.y + edges.z < 0.0 ? -edges : edges, max(lengths, vec3(1e-30)));
+mat3 corners_from(uvec4 info, uint slot, uint triangle, vec3 x) {
+    uint first = triangle * 3u;
+    return mat3(corner_ws(info, slot, first) - x, corner_ws(info, slot, first + 1u) - x, corner_ws(info, slot, first + 2u) - x);
+}
+
+// How far the ray is beyond each edge, from the edge functions.
+vec3 beyond_edges(vec3 edges, mat3 corners, vec3 along) {
+    vec3 ab = cross(along, corners[1] - corners[0]), bc = cross(along, corners[2] - corners[1]), ca = cross(along, corners[0] - corners[2]);
+    return edges / max(vec3(length(ab), length(bc), length(ca)), vec3(1e-30));
 }
 
 vec3 corner_normal_ws(uvec4 info, uint slot, uint corner) {
@@ -27,31 +34,113 @@ vec3 normal_met(uvec4 info, uint slot, uint triangle, vec3 edges, vec3 other) {
 }
 
 // Over the edge that the ray is farthest beyond, again and again. False where the surface ends or folds back before the ray: then `triangle`
-// is the last one that is seen from the ray's side, and `normal` what it was.
+// is the last one that is seen from the ray's side, and `normal` that of its place next to the ray.
 bool follow_to_ray(uvec4 info, uint slot, vec3 x, vec3 along, inout uint triangle, inout vec3 normal) {
     uint before = NOWHERE, at = triangle;
+    bool is_met = false;
+    vec3 last = vec3(1.0);
     for (int steps = 0; steps < MOST_FOLLOWED; ++steps) {
-        Facing facing = seen_along(info, slot, at, x, along);
-        if (all(greaterThanEqual(facing.edges, vec3(0.0)))) {
+        mat3 corners = corners_from(info, slot, at, x);
+        vec3 edges = edges_seen(corners, along);
+        is_met = all(greaterThanEqual(edges, vec3(0.0)));
+        if (is_met) {
             triangle = at;
-            normal = normal_met(info, slot, at, facing.edges, normal);
-            return true;
+            last = edges;
+            break;
         }
-        vec3 beyond = facing.edges / facing.lengths;
+        vec3 beyond = beyond_edges(edges, corners, along);
         uint next = NOTHING;
         float farthest = 0.0;
+        bool is_folded = false;
         for (int k = 0; k < 3; ++k) {
+            if (edges[k] >= 0.0) continue;
             uint across = texelFetch(u_links, int(at) * 3 + k).r;
-            if (across == before && facing.edges[k] < 0.0) return false;
+            is_folded = is_folded || across == before;
             if (beyond[k] < farthest) {
                 farthest = beyond[k];
                 next = across;
             }
         }
-        triangle = at;
-        if (next == NOTHING || next == SEVERAL) return false;
-        before = at;
+        if (is_folded) break;
+        triangle = before = at;
+        last = edges;
+        if (next == NOTHING || next == SEVERAL) break;
         at = next;
     }
-    return false;
+    normal = normal_met(info, slot, triangle, max(last, vec3(0.0)), normal);
+    return is_met;
+}
+
+// Metres of view depth from x to the plane of a triangle along the ray.
+float depth_to_plane(uvec4 info, uint slot, uint triangle, vec3 x, vec3 along) {
+    vec3 a = corner_ws(info, slot, triangle * 3u), b = corner_ws(info, slot, triangle * 3u + 1u), c = corner_ws(info, slot, triangle * 3u + 2u);
+    vec3 n = cross(b - a, c - a);
+    float slope = dot(n, along);
+    return slope == 0.0 ? 0.0 : dot(n, a - x) / slope;
+}
+
+const int AS_DRAWN = 0, MET = 1, NAMED = 2;
+
+// Whether the pixel beside, at depth `there` (0: nothing), may show a surface that this pixel, at depth `here` of a smooth surface, should show:
+// one that is nearer by more than the surface's slope, `beyond` being the depth on the other side.
+bool stands_before(float there, float here, float beyond) {
+    return there > 0.0 && here - there > 2.0 * abs(beyond - here) + 1e-4 * here;
+}
+
+float depth_of(ivec2 pixel, ivec2 last) { return texelFetch(u_view_depth, clamp(pixel, ivec2(0), last), 0).r; }
+
+// Whether any of the four pixels round one may show what stands before it.
+bool is_beside_nearer(ivec2 pixel, ivec2 last, float here) {
+    vec2 across = vec2(depth_of(pixel - ivec2(1, 0), last), depth_of(pixel + ivec2(1, 0), last));
+    vec2 along = vec2(depth_of(pixel - ivec2(0, 1), last), depth_of(pixel + ivec2(0, 1), last));
+    return stands_before(across.x, here, across.y) || stands_before(across.y, here, across.x)
+        || stands_before(along.x, here, along.y) || stands_before(along.y, here, along.x);
+}
+
+// What the view ray of a pixel meets: the surface that the pixel names, or a nearer one of those that impostors name round it, as their outlines
+// are resampled. `ids` of what is met, its view depth and normal. What an impostor names and no ray meets is nothing where a pixel beside it
+// shows nothing (ids 0), else it stays as it is: NAMED.
+int meet_ray(ivec2 pixel, vec3 start, vec3 along, inout uvec2 ids, inout float view_depth, inout vec3 normal) {
+    bool is_impostor = (ids.g & FROM_TEXTURE) != 0u, is_open = false;
+    ids.g &= ~FROM_TEXTURE;
+    uvec2 own = ids, tried = ids;
+    float here = view_depth, nearest = is_impostor || own.r == 0u ? 1e30 : here;
+    int how = is_impostor ? NAMED : AS_DRAWN;
+    if (is_impostor) {
+        uvec4 info = instance_info(own.r - 1u);
+        vec3 x = start + along * here;
+        if (follow_to_ray(info, own.r - 1u, x, along, ids.g, normal)) {
+            nearest = here + depth_to_plane(info, own.r - 1u, ids.g, x, along);
+            how = MET;
+        }
+    }
+    bool is_certain = nearest < 1e30;
+    ivec2 last = textureSize(u_ids, 0) - 1;
+    if (is_certain && !is_beside_nearer(pixel, last, here)) {
+        view_depth = nearest;
+        return how;
+    }
+    for (int k = 0; k < 9; ++k) {
+        ivec2 offset = ivec2(k % 3, k / 3) - 1;
+        uvec2 other = texelFetch(u_ids, clamp(pixel + offset, ivec2(0), last), 0).rg;
+        is_open = is_open || other.r == 0u;
+        if ((other.g & FROM_TEXTURE) == 0u) continue;
+        other.g &= ~FROM_TEXTURE;
+        if (other == own || other == tried) continue;
+        float there = depth_of(pixel + offset, last);
+        if (is_certain && !stands_before(there, here, depth_of(pixel - offset, last))) continue;
+        tried = other;
+        uvec4 info = instance_info(other.r - 1u);
+        vec3 x = start + along * there, turned = normal;
+        if (!follow_to_ray(info, other.r - 1u, x, along, other.g, turned)) continue;
+        float depth = there + depth_to_plane(info, other.r - 1u, other.g, x, along);
+        if (depth >= nearest || depth < u_section.x || depth > u_section.y) continue;
+        nearest = depth;
+        ids = other;
+        normal = turned;
+        how = MET;
+    }
+    if (how == MET) view_depth = nearest;
+    if (how == NAMED && is_open) ids = uvec2(0u);
+    return how;
 }

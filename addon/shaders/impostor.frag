@@ -1,10 +1,9 @@
-// What the view ray meets in a relief texture, written like geometry: view depth, normal, ids and depth.
+// What the view ray meets in a relief texture, written like geometry: view depth, ids and depth.
 #include "common_impostor.glsl"
 #define INVERSE 0
 #define SPRITE 1
 #define PREWARPED 2
-uniform sampler2D u_both_normals;   // of the front, of the back
-uniform usampler2D u_both_ids;      // likewise
+uniform usampler2D u_both_ids;      // of the front, of the back
 #if CASTER
 uniform mat4 u_clip_from_texel;
 #else
@@ -80,9 +79,8 @@ void main() {
     if (behind_near < u_section.x || behind_near > u_section.y) discard;
     gl_FragDepth = depth_behind(behind_near);
     out_view_depth = u_near + behind_near_at(place);
-    vec4 normals = texelFetch(u_both_normals, texel, 0);
     uvec4 ids = texelFetch(u_both_ids, texel, 0);
-    out_normal = hit.on_back ? normals.ba : normals.rg;
-    out_ids = hit.on_back ? ids.ba : ids.rg;
+    out_normal = vec2(0.0);   // shading finds it with the triangle that the ray meets
+    out_ids = (hit.on_back ? ids.ba : ids.rg) | uvec2(0u, FROM_TEXTURE);
 #endif
 }

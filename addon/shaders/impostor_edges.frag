@@ -1,7 +1,7 @@
 // What the samples of an edge texel show, put into its slopes: `common_impostor.glsl` says how. Runs on edge texels alone.
 #include "common_impostor.glsl"
 #include "common_impostor_samples.glsl"
-uniform sampler2D u_both_normals;
+uniform sampler2D u_front_normals;
 uniform usampler2D u_both_ids;
 layout(location = 0) out vec4 out_layers;
 
@@ -35,7 +35,7 @@ void main() {
     }
     for (uint c = 0u; c < 9u; ++c) {
         ivec2 there = cell + neighbour(c);
-        vec3 normal = from_octahedral(texelFetch(u_both_normals, texel_at(there), 0).rg);
+        vec3 normal = from_octahedral(texelFetch(u_front_normals, texel_at(there), 0).rg);
         vec4 cost = unlike(layers_at(there), there, normal, texelFetch(u_both_ids, texel_at(there), 0).r, centre, a, normals, slots);
         for (int k = 0; k < 4; ++k)
             if (slots[k] > 0u && cost[k] < least[k]) { least[k] = cost[k]; code[k] = c; }

@@ -2,10 +2,9 @@
 // it is an edge and has the sign of its relief changed; `impostor_edges.frag` says what its other samples show.
 #include "common_impostor_samples.glsl"
 uniform sampler2D u_back_layers;
-uniform sampler2D u_back_normal;
 uniform usampler2D u_back_ids;
 layout(location = 0) out vec4 out_layers;      // as in common_impostor.glsl
-layout(location = 1) out vec4 out_both_normals;  // of the front, of the back
+layout(location = 1) out vec2 out_normal;      // of the front
 layout(location = 2) out uvec4 out_both_ids;
 layout(location = 3) out vec4 out_final_layers; // the same, where the edges' samples are put in; the depth lets that pass run on edges alone
 
@@ -21,7 +20,7 @@ void main() {
     }
     out_layers = out_final_layers = vec4(EMPTY, 0.0, 0.0, -1.0);
     gl_FragDepth = 0.0;
-    out_both_normals = vec4(0.0);
+    out_normal = vec2(0.0);
     out_both_ids = uvec4(0u);
     if (own < 0) return;
     vec4 nearest = layers[own];
@@ -46,6 +45,6 @@ void main() {
     a = max(a, 0.0);
     out_layers = out_final_layers = vec4(whole ? a : -max(a, 1e-20), slope, max(a, back));
     gl_FragDepth = whole ? 0.0 : 1.0;
-    out_both_normals = vec4(octahedral(normal), back_ids.r > 0u ? texelFetch(u_back_normal, at, 0).rg : vec2(0.0));
+    out_normal = octahedral(normal);
     out_both_ids = uvec4(ids[own], back_ids);
 }

@@ -9,9 +9,6 @@
 #include "common_triangles.glsl"
 #include "common_large.glsl"
 #include "common_links.glsl"
-#if IMPOSTORS
-#include "common_triangle_met.glsl"
-#endif
 #include "common_filter.glsl"
 #include "common_light.glsl"
 #if LOOKS
@@ -26,6 +23,9 @@ uniform mat3 u_along_from_pixel;   // view ray per metre of view depth: M (x, y,
 uniform mat3 u_start_from_pixel;   // world point at view depth 0
 uniform float u_side;              // pixels of the target to a side of the picture's pixel
 uniform vec4 u_clay;
+#if IMPOSTORS
+#include "common_triangle_met.glsl"
+#endif
 layout(location = 0) out vec4 out_combined;
 #if DATA
 layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; what the shadow lets through, 0...1
@@ -50,7 +50,8 @@ vec3 moved_inside(vec3 x, vec3 from, vec3 to, vec3 normal, float most) {
     return x - inwards * (clamp(across, -most, 0.0) / max(length(inwards), 1e-30));
 }
 
-Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, vec3 start, vec3 along, float view_depth) {
+// `is_met`: the ray passes through it; `is_named`: an impostor names it, but the ray passes beside it: then the place next to the ray.
+Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, bool is_named, vec3 start, vec3 along, float view_depth) {
     vec3 a = corner_ws(info, slot, triangle * 3u), b = corner_ws(info, slot, triangle * 3u + 1u), c = corner_ws(info, slot, triangle * 3u + 2u);
     vec3 turn = cross(b - a, c - a);
     turn /= max(length(turn), 1e-30);
@@ -66,14 +67,17 @@ Surface surface_seen(uvec4 info, uint slot, uint triangle, bool is_met, vec3 sta
     } else
 #endif
     {
-        float slope = dot(n, along), most = IMPOSTORS != 0 && is_met ? 1e30 : 1e-3 * view_depth;
-        if (IMPOSTORS != 0 && !is_met) x += n * dot(n, a - x);
+        float slope = dot(n, along), most = is_met ? 1e30 : 1e-3 * view_depth;
+        if (is_named) x += n * dot(n, a - x);
         else if (slope < -1e-3 * length(along)) x += along * clamp(dot(n, a - x) / slope, -most, most);
     }
-#if IMPOSTORS || defined(INSIDE_ITS_TRIANGLE)
-    float most = IMPOSTORS != 0 && !is_met ? 1e30 : 1e-4 * view_depth;
-    x = moved_inside(moved_inside(moved_inside(x, a, b, turn, most), b, c, turn, most), c, a, turn, most);
+#ifdef INSIDE_ITS_TRIANGLE
+    bool is_inside = true;
+#else
+    bool is_inside = is_met || is_named;
 #endif
+    float most = is_named ? 1e30 : 1e-4 * view_depth;
+    if (is_inside) x = moved_inside(moved_inside(moved_inside(x, a, b, turn, most), b, c, turn, most), c, a, turn, most);
     vec3 size = max(abs(x), max(abs(start), abs(far)));
     return Surface(n, x, 4.8e-7 * max(max(size.x, size.y), size.z), b - a, c - a);
 }
@@ -99,18 +103,21 @@ vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, fl
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     uvec2 ids = texelFetch(u_ids, pixel, 0).rg;
-    uint slot = ids.r - 1u;
-    uvec4 info = instance_info(slot);
     float view_depth = texelFetch(u_view_depth, pixel, 0).r;
     vec3 pixel_h = vec3(gl_FragCoord.xy, 1.0);
     vec3 along = u_along_from_pixel * pixel_h;
     vec3 start = u_start_from_pixel * pixel_h;
     vec3 smooth_normal = from_octahedral(texelFetch(u_normal, pixel, 0).rg);
-    bool is_met = true;
+    bool is_met = false, is_named = false;
 #if IMPOSTORS
-    is_met = follow_to_ray(info, slot, start + along * view_depth, along, ids.g, smooth_normal);
+    int how = meet_ray(pixel, start, along, ids, view_depth, smooth_normal);
+    is_met = how == MET;
+    is_named = how == NAMED;
+    if (ids.r == 0u) discard;   // the background stays
 #endif
-    Surface seen = surface_seen(info, slot, ids.g, is_met, start, along, view_depth);
+    uint slot = ids.r - 1u;
+    uvec4 info = instance_info(slot);
+    Surface seen = surface_seen(info, slot, ids.g, is_met, is_named, start, along, view_depth);
     vec3 x_ws = seen.position_ws, geometric = seen.normal_ws;
     smooth_normal = dot(smooth_normal, geometric) < 0.0 ? -smooth_normal : smooth_normal;
     vec3 light_ws = towards_light(x_ws);

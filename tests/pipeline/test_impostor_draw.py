@@ -17,7 +17,7 @@ from addon.pipeline.impostors.capture import capture, fingerprint
 from addon.pipeline.impostors.draw import draw_impostor
 from addon.pipeline.impostors.texels import kept_samples
 from addon.pipeline.impostors.views import DrawnImpostor
-from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer, pixel_rays
+from addon.pipeline.passes.gbuffer import FROM_TEXTURE, GBuffer, draw_gbuffer, pixel_rays
 from tests import scenes
 from tests.maths.relief.rigs import corners, project_texels
 
@@ -90,7 +90,7 @@ class Rig:
             target.release()
 
     def read(self, target):
-        return read_texture(target.view_depth), read_texture(target.ids)
+        return read_texture(target.view_depth), read_texture(target.ids) & ~np.uint32(FROM_TEXTURE)
 
 
 @pytest.fixture

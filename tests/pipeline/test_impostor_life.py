@@ -11,10 +11,11 @@ from addon.maths.shadow import cut
 from addon.maths.view import Light
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors import ahead as impostor_ahead
+from addon.pipeline.impostors import costs
+from addon.pipeline.impostors.costs import START_PIXEL_NS
 from addon.pipeline.impostors.life import library_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.impostors.shadows import casters_of
-from addon.pipeline.impostors.sights import START_PIXEL_NS
 from addon.pipeline.job import Job
 from addon.settings.groups import IMPOSTOR_CASTERS, Settings
 from addon.studies.run import run
@@ -73,6 +74,34 @@ def test_an_eye_that_moves_on_is_met_ahead_so_that_fewer_captures_hold_the_same_
         assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
     here, ahead = captures.values()
     assert ahead <= 0.8 * here, captures
+
+
+def test_an_orthographic_capture_lives_as_well_as_a_perspective_one(film):
+    """From near by, where its rays differ most from the eye's."""
+    captures = {}
+    for perspective in (True, False):
+        film.empty()
+        choice = replace(ALL, capture=replace(ALL.capture, perspective=perspective))
+        shown = [film(orbit(angle, distance=2.5), choice).impostors[0] for angle in np.arange(0.0, 0.4, 0.02)]
+        captures[perspective] = sum(r.captures for r in shown)
+        assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
+    assert captures[False] <= captures[True] + 2, captures
+
+
+def test_a_second_capture_is_not_drawn_with_one_that_is_within_the_limit(film):
+    pictures = []
+    for views in (1, 2):
+        film.empty()
+        pictures.append([film(orbit(angle), replace(ALL, views=views)).passes["combined"] for angle in np.arange(0.0, 0.5, 0.1)])
+    np.testing.assert_array_equal(*pictures)
+
+
+def test_captures_take_the_memory_that_they_are_said_to(film, renderer):
+    report = film(orbit(0.3)).impostors[0]
+    textures = renderer.worker.call(lambda c: library_of(device_of(c, renderer.worker)).textures("parts"))
+    held = list(vars(textures.texels).values())
+    held_bytes = sum(t.width * t.height * t.components * {"f4": 4, "f2": 2, "u4": 4}[t.dtype] for t in held)
+    assert held_bytes == 32 * report.size[0] * report.size[1] < report.bytes
 
 
 def test_the_error_reported_is_of_what_is_shown_and_within_the_limit(film):
@@ -169,8 +198,10 @@ def test_cheap_geometry_is_never_replaced(film):
 
 
 @pytest.mark.parametrize(("pixel_ns", "stage"), [(1e9, "geometry"), (1e-6, "regenerated")])
-def test_what_the_triangles_cost_is_measured_when_nobody_says_it(film, pixel_ns, stage):
-    """Whatever was measured, it lies between a second and a femtosecond a pixel."""
+def test_what_the_triangles_cost_is_measured_when_nobody_says_it(film, monkeypatch, pixel_ns, stage):
+    """Whatever was measured, it lies between a second and a femtosecond a pixel; captures are had for nothing here."""
+    monkeypatch.setattr(costs, "START_TEXEL_NS", 0.0)
+    monkeypatch.setattr(costs, "CAPTURE_PASSES", 0.0)
     report = film(orbit(0.3), replace(ALL, break_even=True, pixel_ns=pixel_ns)).impostors[0]
     assert report.stage == stage
 

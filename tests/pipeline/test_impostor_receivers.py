@@ -1,4 +1,4 @@
-"""What impostors show receives its shadows where the view ray really meets the surface: no acne, no leaks, at either test."""
+"""What impostors show is what the view ray really meets near what a texel names: its place, normal, shadows and outline."""
 
 from dataclasses import replace
 
@@ -16,6 +16,7 @@ from tests import scenes
 from tests.pipeline.test_impostor_draw import orbit
 
 SIZE = (112, 63)
+PASSES = ("combined", "shadow", "normal", "object", "depth")
 SUN = scenes.sun(50.0)
 FOREVER = LifeSettings(limit=1e9, finest=np.inf, ahead=0.0)
 PLAIN = Settings().replaced(fit={"kind": "scene", "size": 1024}, partition={"kind": "none"}, shading={"samples": 1})
@@ -27,23 +28,22 @@ KNOBBLY = (
 )
 
 
-def whole(scene: Scene) -> ImpostorChoice:
-    return ImpostorChoice((ImpostorGroup("all", tuple(range(len(scene.object_names)))),), life=FOREVER, break_even=False)
+def whole(scene: Scene, without: int = 0) -> ImpostorChoice:
+    """All objects but the last `without` as one impostor."""
+    objects = tuple(range(len(scene.object_names) - without))
+    return ImpostorChoice((ImpostorGroup("all", objects),), life=FOREVER, break_even=False)
 
 
 @pytest.fixture
 def pictures(renderer):
     """Passes of a scene as geometry and as one impostor captured from the first of the cameras, seen from the last."""
 
-    def drawn(scene, *cameras, test="triangle", light=SUN):
+    def drawn(scene, *cameras, test="triangle", light=SUN, without=0):
         settings = PLAIN.replaced(test={"kind": test})
         out = []
-        for choice in (None, whole(scene)):
+        for choice in (None, whole(scene, without)):
             for camera in cameras:
-                asked = Job(
-                    scene, camera, light, settings, SIZE, ("combined", "shadow", "normal", "object"), measure=False, impostors=choice
-                )
-                frame = run(asked, on=renderer).frame
+                frame = run(Job(scene, camera, light, settings, SIZE, PASSES, measure=False, impostors=choice), on=renderer).frame
             assert choice is None or frame.impostors[0].stage in ("regenerated", "sprite", "warp")
             out.append(frame.passes)
         return out
@@ -78,6 +78,31 @@ def test_a_lamp_lights_an_impostor_as_it_lights_the_geometry(pictures):
     true, shown = pictures(scenes.scene_of(*KNOBBLY), orbit(0.3), light=lamp)
     both = seen_in_both(true, shown)
     assert np.mean(np.abs(true["shadow"] - shown["shadow"])[both] > 0.5) <= 1e-3
+
+
+@pytest.mark.parametrize("camera", [orbit(0.32), orbit(0.3, distance=4.0), orbit(0.3, distance=7.0), orbit(0.3, height=0.43)])
+def test_outlines_and_depths_are_the_geometrys_after_the_eye_has_moved_a_little(pictures, camera):
+    true, shown = pictures(scenes.scene_of(*KNOBBLY), orbit(0.3), camera)
+    both = seen_in_both(true, shown)
+    assert ((true["object"] >= 0) != (shown["object"] >= 0)).sum() <= 0.004 * both.sum()
+    assert (true["object"] != shown["object"])[both].sum() <= 0.01 * both.sum()
+    apart = np.abs(true["depth"][both] - shown["depth"][both])
+    assert np.quantile(apart, 0.97) < 1e-4
+    assert -10.0 * np.log10(np.mean((true["combined"] - shown["combined"])[..., :3] ** 2)) > 35.0
+
+
+@pytest.mark.parametrize("light", [SUN, None])
+def test_geometry_beside_an_impostor_is_drawn_as_without_it(pictures, light):
+    """A ground of 20 km, whose triangles float32 does not hold."""
+    scene = scenes.scene_of(*KNOBBLY[:3], scenes.floor(2e4))
+    true, shown = pictures(scene, orbit(0.3), orbit(0.33), light=light, without=1)
+    ground = (true["object"] == 3) & (shown["object"] == 3)
+    assert ground.sum() > 1000
+    for name in ("normal", "depth"):
+        np.testing.assert_array_equal(true[name][ground], shown[name][ground])
+    assert np.mean(np.abs(true["combined"] - shown["combined"])[ground] > 1e-6) < 2e-3
+    other = true["object"] < 0
+    np.testing.assert_array_equal(true["combined"][other & (shown["object"] < 0)], shown["combined"][other & (shown["object"] < 0)])
 
 
 def smooth_ball() -> Mesh:

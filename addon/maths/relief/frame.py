@@ -149,6 +149,25 @@ def box_area(corners: np.ndarray) -> np.ndarray:
     return 0.5 * np.abs(faces).sum(axis=-1)
 
 
+NEAREST_SHARE = 0.05
+"""Corners nearer to the eye than this share of the box's own distance count as being there."""
+
+
+def box_section(corners: np.ndarray, eye: np.ndarray) -> np.ndarray:
+    """(…) square metres of boxes (…, 8, 3) as seen from `eye` (…, 4), homogeneous: of their images on the planes through their middles that
+    face it. How near the eye is hardly matters, from where it looks does."""
+    middle = corners.mean(axis=-2)
+    towards = eye[..., :3] - eye[..., 3:] * middle
+    distance = np.maximum(np.linalg.norm(towards, axis=-1, keepdims=True), 1e-30)
+    axis = towards / distance
+    across = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=-1)])
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    basis = np.stack([across, np.cross(axis, across), axis], axis=-1)
+    local = (corners - middle[..., None, :]) @ basis
+    nearness = 1.0 - eye[..., 3:] * local[..., 2] / distance
+    return box_area(local[..., :2] / np.maximum(nearness, NEAREST_SHARE)[..., None])
+
+
 def tilt_rad(frame: CaptureFrame, camera: Camera) -> float:
     """The angle by which the view of the quad's centre has turned since the capture, 0…π."""
     middle = np.array([*frame.centre_uv, 0.0])

@@ -31,8 +31,12 @@ LIMITS = {
 """The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 TOO_FINE = "finer than its texels"
 """Why an object is drawn as geometry whose parts are thinner than the texels of a capture."""
+GAIN, LOSS = 0.9, 1.05
+"""The cost of an impostor over the geometry's, below which it becomes one, and above which it is one no more."""
 ALL_AT_ONCE = 10000
 """More captures than there are impostors in any picture."""
+RESOLVED_PX = 0.5
+"""Texels of a capture are usually as large: two a pixel and side."""
 SHARED = ("edge_sum_px", "edge_fast_px")
 
 
@@ -46,11 +50,12 @@ class LifeSettings:
     is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
     this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
     With the edge sums the error is a share of wrong pixels (`share_wrong`): `opening` of the predicted openings (they are over-estimated),
-    `resampling` of the contours per texel, `turning` of the turn's tangent. `finest`: with more contours per texel than this a capture's
-    life is over at once, and the geometry is drawn (fitted to pictures, as the limit: docs/laboratory.md). `regenerations` per frame,
-    `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old texture, whose error was at the limit, is never
-    mixed in; the jump measured is small, docs/impostors.md). `ahead`: for an eye that moves on steadily, a capture is made from where
-    the eye will be; this share of the limit is what it may be wrong by until then (0: from where the eye is, as RI; `ahead.py`).
+    `resampling` of the contours per texel (more where they crowd), `turning` of the turn's tangent. `finest`: with
+    more contours per texel than this a capture's life is over at once, and the geometry is drawn (fitted to pictures, as the limit:
+    docs/laboratory.md). `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old
+    texture, whose error was at the limit, is never mixed in; the jump measured is small, docs/impostors.md). `ahead`: for an eye that
+    moves on steadily, a capture is made from where the eye will be; this share of the limit is what it may be wrong by until then (0: from
+    where the eye is, as RI; `ahead.py`).
     """
 
     predictor: str = one_of("edge_fast_px", "Impostor predictor", tuple(LIMITS))
@@ -64,9 +69,9 @@ class LifeSettings:
     opening: float = within(0.28, "The weight of openings", 0.0)
     resampling: float = within(0.03, "The weight of resampling", 0.0)
     turning: float = within(0.07, "The weight of turning", 0.0)
-    finest: float = within(0.3, "The finest share of contours", 1e-6, has_infinity=True)
+    finest: float = within(0.2, "The finest share of contours", 1e-6, has_infinity=True)
     regenerations: int = within(1, "The impostors captured per picture", 0, ALL_AT_ONCE)
-    memory_bytes: int = within(256 << 20, "The impostors' texture memory (bytes)", 1, 1 << 40)
+    memory_bytes: int = within(1024 << 20, "The impostors' texture memory (bytes)", 1, 1 << 40)
     fade_frames: int = within(0, "The impostors' crossfade (pictures)", 0, 60)
     ahead: float = within(0.75, "The share of the limit for captures ahead", 0.0, 0.95)
 
@@ -84,15 +89,19 @@ class LifeSettings:
         return LIMITS[self.predictor] if self.limit is None else self.limit
 
 
-def share_wrong(openings: float, contours: float, turned_rad: float, shrunk: float, settings: LifeSettings) -> float:
-    """The share of an impostor's pixels that are wrong, by the edge sums: `(a·openings + b·contours + c·tan(turn)) / shrunk²`.
+def share_wrong(openings: float, contours: float, texel_px: float, turned_rad: float, shrunk: float, settings: LifeSettings) -> float:
+    """The share of an impostor's pixels that are wrong, by the edge sums.
 
-    `openings` in shares of the pixels covered at capture, `contours` per texel, `shrunk` the object's image over that at capture (by its
-    bounds, at the same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`.
-    Fitted to pictures (docs/laboratory.md).
+    `(a·openings + b·contours·max(1, ½/texel_px) + c·tan(turn)) / shrunk²`.
+
+    `openings` in shares of the pixels covered at capture, `contours` per texel, `texel_px` the pixels that a texel covers now: below ½ the
+    contours come closer together than what a picture resolves. `shrunk` the object's image over that at capture (by its bounds, at the
+    same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`, fitted to pictures
+    (docs/laboratory.md).
     """
     turn = tan(min(turned_rad, settings.max_tilt_rad))
-    return (settings.opening * openings + settings.resampling * contours + settings.turning * turn) / shrunk**2
+    crowded = contours * max(1.0, RESOLVED_PX / max(texel_px, 1e-9))
+    return (settings.opening * openings + settings.resampling * crowded + settings.turning * turn) / shrunk**2
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,10 +202,10 @@ def advance(state: ImpostorState, action: Action, sight: ViewedImpostor) -> Impo
     return replace(state, stage=action.stage, age=state.age + 1 if state.is_captured else 0, unseen=unseen, need=action.need)
 
 
-def is_dearer(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -> bool:
-    """True when drawing the geometry is cheaper than the impostor; one that is an impostor already must become clearly dearer."""
-    slack = 1.0 if state.stage in ("geometry", "hidden") else 1.0 / settings.hysteresis
-    return sight.impostor_cost > sight.geometry_cost * slack
+def is_dearer(state: ImpostorState, sight: ViewedImpostor) -> bool:
+    """True when drawing the geometry is cheaper than the impostor; what begins as one must gain something, what is one may lose next to
+    nothing."""
+    return sight.impostor_cost > sight.geometry_cost * (GAIN if state.stage in ("geometry", "hidden") else LOSS)
 
 
 def _wish(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -> _Wish:
@@ -204,7 +213,7 @@ def _wish(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -
         return _Wish("hidden", 0.0, "out of view")
     if sight.is_cut:
         return _Wish("geometry", 0.0, "the view's near distance cuts it open")
-    if is_dearer(state, sight, settings):
+    if is_dearer(state, sight):
         return _Wish("geometry", 0.0, "the geometry is cheaper")
     if sight.is_too_fine:
         return _Wish("geometry", 0.0, TOO_FINE)

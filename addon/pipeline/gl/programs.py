@@ -43,7 +43,7 @@ SAMPLER_UNITS = {
     "u_sample_normal": 21,
     "u_sample_ids": 22,
     "u_back_layers": 23,
-    "u_both_normals": 24,
+    "u_front_normals": 24,
     "u_both_ids": 25,
     "u_large": 26,
     "u_links": 27,

@@ -21,7 +21,7 @@ from ..device import Device
 from ..gl.allocation import allocating, freed_with
 from ..gl.depth_buffer import DepthBuffer, nearest_wins
 from ..gl.programs import SAMPLER_UNITS, matrix_bytes, set_uniforms
-from ..passes.gbuffer import GBuffer
+from ..passes.gbuffer import FROM_TEXTURE, GBuffer
 from ..passes.surface import depth_uniforms
 from .capture import CONTINUOUS_TEXELS, ImpostorTextures
 from .texels import DEFINES, EMPTY, ImpostorTexels
@@ -123,7 +123,8 @@ def _program(device: Device, method: str, *, fill: bool = False, caster: bool = 
     """The program that draws by this method; `smooth`: those blocks that see one smooth surface, else the others."""
     kind = {"METHOD": _KINDS[method], "FILL": fill, "CASTER": caster, "SMOOTH": smooth, "BLOCK": BLOCK}
     grids = {"TILE": TILE, "OVERLAP": OVERLAP, "MOST_STEPS": MOST_STEPS}
-    return device.programs.get("impostor_blocks.vert", "impostor.frag", **kind, **grids, **DEFINES)
+    mark = {"FROM_TEXTURE": f"{FROM_TEXTURE}u"}
+    return device.programs.get("impostor_blocks.vert", "impostor.frag", **kind, **grids, **mark, **DEFINES)
 
 
 def _view_uniforms(frame: CaptureFrame, camera: Camera, warp: ReliefWarp, source: _Source) -> dict[str, object]:
@@ -159,7 +160,7 @@ class _Prewarped:
             texels = ImpostorTexels.of_size(context, size)
             with ExitStack() as made:  # freed when what follows fails
                 self._depth = freed_with(made, DepthBuffer(context, size))
-                self._framebuffer = self._depth.framebuffer([texels.layers, texels.both_normals, texels.both_ids])
+                self._framebuffer = self._depth.framebuffer([texels.layers, texels.both_ids])
                 made.pop_all()
         self._framebuffer.use()
         self._framebuffer.clear(red=float(EMPTY))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
@@ -76,7 +77,8 @@ class ImpostorLibrary:
             self._measure_geometry(parts, draw_list, view)
         for key, views in self._views.items():
             self._textures[key] = views.by_nearness(camera)[0]
-        sights = self._look.look(parts, [self._textures.get(part.group.key) for part in parts], view)
+        kept = [self._textures.get(part.group.key) for part in parts]
+        sights = self._look.look(parts, kept, view, [state.age for state in states])
         numbers: list[int | None] = [None] * len(parts)
         if choice.directions:
             turned = [self._towards_set(part, seen, view, choice) for part, seen in zip(parts, sights, strict=True)]
@@ -87,7 +89,7 @@ class ImpostorLibrary:
             action, shown = self._do(part, seen, action, draw_list, view, choice, number)
             self._states[part.group.key] = replace(advance(state, action, seen.sight), bytes=self._bytes(part.group.key))
             if action.stage not in ("geometry", "hidden"):
-                drawn.append(self._drawn(part, action, camera, choice))
+                drawn.append(self._drawn(part, action, shown, camera, choice))
             if action.stage != "geometry":
                 geometry_rows &= ~part.rows
             reports.append(self._report(part, seen, shown, action, choice))
@@ -98,7 +100,7 @@ class ImpostorLibrary:
     @property
     def pixel_ns(self) -> float:
         """What an impostor's pixel costs, as far as it was measured."""
-        return self._look.pixel_ns
+        return self._look.costs.pixel_ns
 
     def textures(self, key: Hashable) -> ImpostorTextures | None:
         """The current texture of an impostor."""
@@ -189,11 +191,13 @@ class ImpostorLibrary:
             if action.fade >= 1.0 and key in self._old:
                 self._old.pop(key).release()
             return action, seen
+        begin = time.perf_counter_ns()
         try:
             fresh, shown = self._captured(part, seen, draw_list, view, choice, number)
         except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error)), seen
+        self._look.costs.captured(key, float(time.perf_counter_ns() - begin), self._states[key].age if key in self._states else 0)
         if fresh.edges.contour_share > choice.life.finest:
             self._look.remember_too_fine(key, fresh.frame)
             fresh.release()
@@ -240,7 +244,8 @@ class ImpostorLibrary:
         views.put(number, fresh, choice.views)
         self._textures[key] = views.by_nearness(view.camera)[0]
 
-    def _drawn(self, part: Part, action: Action, camera: Camera, choice: ImpostorChoice) -> DrawnImpostor:
+    def _drawn(self, part: Part, action: Action, shown: Seen, camera: Camera, choice: ImpostorChoice) -> DrawnImpostor:
+        """Further captures are drawn with one that is over the limit alone, or is of a set: with one within it they gain nothing."""
         key = part.group.key
         old = self._old.get(key)
         if old is not None and tilt_rad(old.frame, camera) > choice.life.max_tilt_rad:
@@ -248,7 +253,8 @@ class ImpostorLibrary:
         textures = self._textures[key]
         at_rest = textures.frame.is_perspective and is_at_capture(textures.frame, camera)
         near = [t for t in self._views[key].by_nearness(camera)[1 : choice.views] if tilt_rad(t.frame, camera) <= choice.life.max_tilt_rad]
-        others = () if at_rest else tuple(near)
+        gains = choice.directions > 0 or shown.sight.predicted > choice.life.effective_limit
+        others = tuple(near) if gains and not at_rest else ()
         return DrawnImpostor(
             textures, part.hull_ws, at_rest or action.stage == "sprite", choice.warp, action.fade, old, others, choice.fill
         )
@@ -285,7 +291,8 @@ def library_of(device: Device, fresh: bool = False) -> ImpostorLibrary:
 def _view(camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples: int) -> View:
     """For whom the impostors are looked at; captures are laid so that the picture's samples fall on theirs."""
     laid = replace(choice.capture, picture_samples=round(samples**0.5))
-    return View(camera, size, laid, choice.life, choice.exact, choice.break_even, choice.triangle_ns, choice.pixel_ns)
+    costs = choice.break_even, choice.triangle_ns, choice.pixel_ns
+    return View(camera, size, laid, choice.life, choice.exact, *costs, samples, choice.fresh)
 
 
 def _known(worn: ImpostorTextures, frame: CaptureFrame, choice: ImpostorChoice) -> ReliefEdges | None:

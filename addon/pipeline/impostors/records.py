@@ -35,10 +35,12 @@ class ImpostorChoice:
 
     `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `warp`
     'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
-    for the break-even (None: measured); `break_even` False draws impostors however cheap the geometry is. `exact` also computes
+    for the break-even (None: measured), which counts captures and camera samples; `break_even` False draws impostors however cheap the
+    geometry is. `exact` also computes
     the sums over all edges.
-    `views` captures at most are drawn together: the last ones or, with `directions` n > 0, those nearest of n × n directions round the
-    object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer part at capture is taken to go on there.
+    `views` captures at most are drawn together, where one alone is over the limit: the last ones or, with `directions` n > 0, those
+    nearest of n × n directions round the object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer
+    part at capture is taken to go on there.
     `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`shadows.py`).
     `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
     """
@@ -112,8 +114,8 @@ class Seen:
 
 @dataclass(frozen=True)
 class View:
-    """For whom the impostors are looked at: camera, picture size (w, h), how captures are made, the life's settings; the rest as in
-    `ImpostorChoice`."""
+    """For whom the impostors are looked at: camera, picture size (w, h), how captures are made, the life's settings; `samples` a
+    pixel; the rest as in `ImpostorChoice`."""
 
     camera: Camera
     size: tuple[int, int]
@@ -123,3 +125,5 @@ class View:
     break_even: bool
     triangle_ns: float | None
     pixel_ns: float | None
+    samples: int = 1
+    fresh: bool = False

@@ -27,8 +27,8 @@ from ..passes.surface import SurfaceShader, draw_surfaces
 EMPTY = np.float32(1e9)
 SAMPLES = 2
 """Samples per texel and side."""
-BYTES_PER_TEXEL = 41
-"""40 of the texels themselves, one of the grids over them (`tiles.py`)."""
+BYTES_PER_TEXEL = 33
+"""32 of the texels themselves, one of the grids over them (`tiles.py`)."""
 APART_TEXELS = 0.25
 """Surfaces nearer to each other than this are one when the back layer is peeled."""
 KEPT_SAMPLES = 1 << 20
@@ -38,18 +38,16 @@ DEFINES = {"EMPTY": f"{EMPTY:.1f}", "STEEPEST": f"{STEEPEST:.1f}"}
 
 @dataclass(eq=False)
 class ImpostorTexels:
-    """What the drawing shaders read: `layers` RGBA32F (±|relief|, its gradient per texel in u and v, |relief| of the back), `both_normals`
-    RGBA16F and `both_ids` RGBA32UI of the front and the back as in the G-buffer. `common_impostor.glsl` says how edges are kept in the
-    gradients."""
+    """What the drawing shaders read: `layers` RGBA32F (±|relief|, its gradient per texel in u and v, |relief| of the back) and `both_ids`
+    RGBA32UI of the front and the back as in the G-buffer. `common_impostor.glsl` says how edges are kept in the gradients."""
 
     layers: moderngl.Texture
-    both_normals: moderngl.Texture
     both_ids: moderngl.Texture
 
     @classmethod
     def of_size(cls, context: moderngl.Context, size: tuple[int, int]) -> ImpostorTexels:
         """New textures."""
-        return cls(*(_texture(context, size, *kind) for kind in ((4, "f4"), (4, "f2"), (4, "u4"))))
+        return cls(*(_texture(context, size, *kind) for kind in ((4, "f4"), (4, "u4"))))
 
     def bind(self) -> None:
         """Bind all to their units."""
@@ -92,17 +90,18 @@ def _texels(device: Device, frame: CaptureFrame) -> ImpostorTexels:
     """The texels of the samples bound."""
     context, size = device.context, (frame.width, frame.height)
     texels = ImpostorTexels.of_size(context, size)
-    bare, edges = _texture(context, size, 4, "f4"), context.depth_renderbuffer(size)
-    targets = [bare, texels.both_normals, texels.both_ids, texels.layers]
+    bare, normals, edges = _texture(context, size, 4, "f4"), _texture(context, size, 2, "f2"), context.depth_renderbuffer(size)
+    targets = [bare, normals, texels.both_ids, texels.layers]
     context.enable_only(moderngl.DEPTH_TEST)
     context.depth_func = "1"
     _gather(device, "impostor_texels.frag", targets, edges, frame)
     texels.bind()
     bare.use(SAMPLER_UNITS["u_layers"])
+    normals.use(SAMPLER_UNITS["u_front_normals"])
     context.depth_func = "<"
     _gather(device, "impostor_edges.frag", [texels.layers], edges, frame)
-    bare.release()
-    edges.release()
+    for scratch in (bare, normals, edges):
+        scratch.release()
     return texels
 
 

@@ -19,6 +19,8 @@ from ..gl.programs import Programs
 from .surface import SurfaceShader, draw_surfaces
 
 SURFACE = SurfaceShader("gbuffer.frag")
+FROM_TEXTURE = 1 << 31
+"""Added to the triangle in `ids` where an impostor drew it: what the view ray meets is near it, and found when shading."""
 
 
 class GBuffer:

@@ -22,15 +22,15 @@ from ...settings.groups import DISPLAYS, Settings, ShadingChoice, ShadingWorld
 from ..geometry.draw_list import DrawList
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
-from .gbuffer import GBuffer, pixel_rays
+from .gbuffer import FROM_TEXTURE, GBuffer, pixel_rays
 from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 
 NO_SPREAD = 1.5
 """A panel's half spread from which on it counts as not narrowed."""
-MOST_FOLLOWED = 64
-"""Triangles at most from the one that an impostor's texel names to the one that the view ray meets."""
+FOLLOWED = {"MOST_FOLLOWED": 64, "FROM_TEXTURE": f"{FROM_TEXTURE}u"}
+"""Triangles at most from the one that an impostor's texel names to the one that the view ray meets, and the mark of such texels."""
 
 
 class ShadeTarget:
@@ -103,7 +103,7 @@ class ShadePass:
             USE_OBJECT_COLORS=settings.shading.use_object_colors,
             LARGE=large is not None,
             IMPOSTORS=impostors,
-            MOST_FOLLOWED=MOST_FOLLOWED,
+            **FOLLOWED,
             LOOKS=looks is not None,
             GROUND=GROUND if draw_list.scene.ground is not None else 0,
             **shadow_defines(settings.test),
@@ -116,6 +116,7 @@ class ShadePass:
             u_along_from_pixel=matrix_bytes(along),
             u_start_from_pixel=matrix_bytes(start - origin[:, None] * [0.0, 0.0, 1.0]),
             u_origin=tuple(origin),
+            u_section=(camera.near, camera.far),
             u_large_count=large.count if large is not None else 0,
             u_map_count=len(plan.projections) if plan else 0,
             u_map_size=float(settings.fit.size),
@@ -126,17 +127,18 @@ class ShadePass:
             **shadow_uniforms(settings.test, plan),
         )
         write_buffer(self._context, self._block, plan_block(plan))
-        self._cover(target, gbuffer, program, settings)
+        self._cover(target, gbuffer, program, settings, everywhere=impostors)
 
-    def _cover(self, target: ShadeTarget, gbuffer: GBuffer, program: moderngl.Program, settings: Settings) -> None:
-        """Run `program` where the G-buffer has a surface, and the background's where it has none."""
+    def _cover(self, target: ShadeTarget, gbuffer: GBuffer, program: moderngl.Program, settings: Settings, everywhere: bool) -> None:
+        """Run `program` where the G-buffer has a surface, and the background's where it has none; `everywhere`, as impostors' outlines are
+        found by the program: over the background, and where it finds nothing it leaves it."""
         context, depth = self._context, gbuffer.projection
         target.holds = None
         background = self._programs.get("fullscreen.vert", "background.frag", DATA=target.data)
         set_uniforms(background, u_background=settings.shading.under(ShadingWorld()).background)
         farther = {"<": ">", ">": "<"}[depth.nearer]
         with gbuffer.depth.attached(target.framebuffer):
-            context.enable_only(moderngl.DEPTH_TEST)
+            context.enable_only(moderngl.NOTHING if everywhere else moderngl.DEPTH_TEST)
             for shader, passes in ((background, "=="), (program, farther)):
                 set_uniforms(shader, u_ndc_depth=2.0 * depth.farthest - 1.0)
                 context.depth_func = passes

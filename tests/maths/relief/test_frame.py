@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.errors import SceneError, SettingsError
-from addon.maths.relief.frame import BOX_FACES, CaptureChoice, box_area, capture_frame, tilt_rad, visible_extent
+from addon.maths.relief.frame import BOX_FACES, CaptureChoice, box_area, box_section, capture_frame, tilt_rad, visible_extent
 from addon.maths.relief.warp import relief_warp
 from tests.margins import agree, at_most
 from tests.maths.relief.rigs import (
@@ -207,6 +207,22 @@ def test_half_of_the_faces_areas_is_the_area_of_a_boxs_image(seed):
         side = np.array([_cross(image[face[k]] - image[face[k - 1]], points - image[face[k - 1]]) for k in range(4)])
         inside |= (side >= 0.0).all(axis=0) | (side <= 0.0).all(axis=0)
     agree(box_area(image), inside.sum() * steps.prod(), rel=0.02)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=40)
+def test_a_box_seen_along_its_axis_has_the_section_of_its_face_whatever_the_distance(seed):
+    """A flat box, so that no face is nearer than the middle; from infinity any box, turned as well."""
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-1, 0.5, 3)
+    size = rng.uniform(0.2, 1.5, 3)
+    flat = corners(low, low + size * [1.0, 1.0, 1e-9])
+    middle = flat.mean(axis=0)
+    for distance in (0.5, 3.0, 100.0):
+        agree(float(box_section(flat, np.append(middle + [0.0, 0.0, distance], 1.0))), float(size[0] * size[1]), rel=1e-6)
+    direction = _direction(rng)
+    faces = size[[1, 0, 0]] * size[[2, 2, 1]]
+    agree(float(box_section(corners(low, low + size), np.append(direction, 0.0))), float(np.abs(direction) @ faces), rel=1e-9)
 
 
 def _direction(rng: np.random.Generator) -> np.ndarray:

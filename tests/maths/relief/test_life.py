@@ -91,10 +91,11 @@ def test_coming_near_renews_by_the_texel_or_by_schauflers_angle():
 
 
 def test_geometry_is_drawn_where_it_is_cheaper_with_hysteresis():
-    dear = _sight(geometry_cost=1.0, impostor_cost=1.2)
-    assert _one(_live(stage="geometry"), dear).stage == "geometry"
-    assert _one(_live(stage="warp"), dear).stage != "geometry"
-    assert _one(_live(stage="warp"), _sight(geometry_cost=1.0, impostor_cost=1.5)).stage == "geometry"
+    alike = _sight(geometry_cost=1.0, impostor_cost=1.03)
+    assert _one(_live(stage="geometry"), alike).stage == "geometry"
+    assert _one(_live(stage="geometry"), _sight(geometry_cost=1.0, impostor_cost=0.95)).stage == "geometry"
+    assert _one(_live(stage="warp"), alike).stage != "geometry"
+    assert _one(_live(stage="warp"), _sight(geometry_cost=1.0, impostor_cost=1.06)).stage == "geometry"
 
 
 def test_renewal_comes_early_where_more_are_nearly_due_than_a_frame_may_renew():
@@ -202,10 +203,11 @@ def test_every_predictor_has_a_limit():
 
 def test_the_share_of_wrong_pixels_weighs_openings_contours_and_the_turn_and_grows_as_the_object_is_seen_smaller():
     weighed = LifeSettings(opening=0.5, resampling=0.25, turning=0.125)
-    assert share_wrong(0.1, 0.2, 0.0, 1.0, weighed) == pytest.approx(0.1)
-    assert share_wrong(0.1, 0.2, 0.0, 0.5, weighed) == pytest.approx(0.4)
-    assert share_wrong(0.0, 0.0, atan(0.4), 1.0, weighed) == pytest.approx(0.05)
-    assert share_wrong(0.0, 0.0, 3.0, 1.0, weighed) == pytest.approx(0.125)
+    assert share_wrong(0.1, 0.2, 1.0, 0.0, 1.0, weighed) == pytest.approx(0.1)
+    assert share_wrong(0.1, 0.2, 1.0, 0.0, 0.5, weighed) == pytest.approx(0.4)
+    assert share_wrong(0.0, 0.0, 1.0, atan(0.4), 1.0, weighed) == pytest.approx(0.05)
+    assert share_wrong(0.0, 0.0, 1.0, 3.0, 1.0, weighed) == pytest.approx(0.125)
+    assert share_wrong(0.0, 0.2, 0.125, 0.0, 1.0, weighed) == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(
