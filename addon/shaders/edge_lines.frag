@@ -25,7 +25,7 @@ layout(location = 1) out float out_depth;  // view depth at its nearest place; n
 
 // What a pixel shows, but for the ground, which is not there.
 uvec2 ids_at(ivec2 pixel) {
-    uvec2 ids = texelFetch(u_ids, pixel, 0).rg;
+    uvec2 ids = texelFetch(u_ids, pixel, 0).rg & uvec2(~0u, ~FROM_TEXTURE);
     return ids.x != 0u && has_role(instance_info(ids.x - 1u), GROUND) ? uvec2(0u) : ids;
 }
 
@@ -185,6 +185,7 @@ bool walked_to_outline(Seen s, ivec2 pixel, vec2 towards) {
 // Towards its outline a round surface turns away as a circle does: the square of the cosine between normal and view falls evenly with the
 // pixels left to the outline. Two pixels tell where it is 0.
 bool found_by_turning(Seen s, ivec2 pixel, vec2 towards) {
+    if ((texelFetch(u_ids, pixel, 0).g & FROM_TEXTURE) != 0u) return false;   // an impostor's pixels keep no normal
     vec3 right = normalize(u_is_parallel ? u_start_from_pixel[0] : u_along_from_pixel[0]);
     vec3 up = normalize(u_is_parallel ? u_start_from_pixel[1] : u_along_from_pixel[1]);
     vec3 n = from_octahedral(texelFetch(u_normal, pixel, 0).rg);

@@ -142,3 +142,11 @@ def test_frames_whose_impostors_are_all_geometry_are_shaded_as_without(renderer)
         for choice in (None, dear)
     ]
     np.testing.assert_array_equal(passes[0]["combined"], passes[1]["combined"])
+
+
+def test_edge_lines_of_an_impostor_lie_where_the_meshs_do(renderer):
+    scene, shown = scenes.scene_of(scenes.box((-0.6, -0.5, 0.0), (0.5, 0.4, 0.8))), []
+    for choice in (None, whole(scene)):
+        asked = Job(scene, orbit(0.3), SUN, PLAIN.replaced(edges={"width": 1.5}), SIZE, ("combined",), measure=False, impostors=choice)
+        shown.append(run(asked, on=renderer).frame.passes["combined"][..., :3])
+    assert np.mean(np.abs(shown[0] - shown[1]).max(axis=-1) > 0.1) < 0.01

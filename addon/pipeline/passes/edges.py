@@ -22,7 +22,7 @@ from ..gl.allocation import freed_with
 from ..gl.gl_raw import BufferTexture
 from ..gl.programs import Programs, matrix_bytes, set_uniforms
 from .fill import bind, fill, fill_over
-from .gbuffer import GBuffer, pixel_rays
+from .gbuffer import FROM_TEXTURE, GBuffer, pixel_rays
 
 SLACK = 0.01  # of a depth, by which a line may lie behind the surface of a pixel beside it and be seen
 ANGLE_SLACK = 1e-3  # faces at exactly the angle have no line
@@ -63,7 +63,8 @@ def draw_edges(
     """
     width = max(edges.width * side, 1.0)
     radius = max(1, math.ceil(math.sqrt(2.0) * (width / 2.0 + 0.5)))
-    lines = programs.get("fullscreen.vert", "edge_lines.frag", INSTANCED=0, CAP=CAP, GROUND=GROUND)
+    marks = {"CAP": CAP, "GROUND": GROUND, "FROM_TEXTURE": f"{FROM_TEXTURE}u"}
+    lines = programs.get("fullscreen.vert", "edge_lines.frag", INSTANCED=0, **marks)
     set_uniforms(lines, **_view_uniforms(camera, target.size))
     set_uniforms(lines, u_crease_cos=math.cos(math.radians(edges.crease_deg) + ANGLE_SLACK), u_most_px=width / 2.0 + 1.5)
     bind(triangles | {"u_view_depth": gbuffer.view_depth, "u_ids": gbuffer.ids, "u_normal": gbuffer.normal})

@@ -84,13 +84,12 @@ class ShadePass:
     ) -> None:
         """Shade `gbuffer` into `target`. `large`: the planes of triangles too large for float32, relative to the plan's origin.
 
-        `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked.
-        `side`: so many pixels of the target to a side of the picture's own, which softness and error are told in.
+        `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked. `side`: so many pixels of
+        the target to a side of the picture's own, which softness and error are told in.
         """
         looks = draw_list.looks()
-        more = {"u_looks": looks} if looks is not None else {}
-        if large is not None:
-            more["u_large"] = large.texture
+        more = {} if looks is None else {"u_looks": looks}
+        more |= {} if large is None else {"u_large": large.texture}
         program = self._programs.get(
             "fullscreen.vert",
             "shade.frag",
