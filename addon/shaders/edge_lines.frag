@@ -219,7 +219,8 @@ void line_between(Seen s, ivec2 pixel) {
         uvec2 ids = ids_at(other);
         if (ids == uvec2(s.slot + 1u, s.triangle)) continue;
         float view_depth = ids.x == 0u ? 0.0 : texelFetch(u_view_depth, other, 0).r;
-        bool is_part = ids.x != 0u && instance_info(ids.x - 1u).x == s.object;
+        uvec4 info = instance_info(max(ids.x, 1u) - 1u);
+        bool is_part = ids.x != 0u && info.x == s.object && has_role(info, CAP) == s.is_cap;
         bool has_gap = ids.x != 0u && is_apart(s, other, ids, view_depth);
         is_out[i] = ids.x == 0u || (has_gap ? view_depth > s.view_depth : !is_part);
         if (is_out[i]) towards += vec2(step) / length(vec2(step));

@@ -202,3 +202,12 @@ def test_pictures_of_data_have_no_lines(renderer):
         shading = {"samples": 1, "display": display}
         with_lines, without = (drawn(renderer, scene, settings(width, shading=shading), ("combined",)) for width in (2.0, 0.0))
         assert np.array_equal(with_lines["combined"], without["combined"])
+
+
+def test_the_outline_of_a_cap_is_whole(renderer):
+    chosen = settings(section={"planes": (0, 0, 0, 0, -1.0, 0)}, edges={"width": 1.5, "crease_deg": 60.0})
+    corners = [(-1.0, 0.0, -0.5), (1.0, 0.0, -0.5), (1.0, 0.0, 1.5), (-1.0, 0.0, 1.5)]
+    lines = [segment(corners[i], corners[(i + 1) % 4]) for i in range(4)]
+    off, wide = offsets(drawn(renderer, scenes.scene_of(scenes.box((-1, -1, -0.5), (1, 1, 1.5))), chosen), lines)
+    assert np.abs(off).max() < WITHIN_PX
+    assert wide.min() > 1.0
