@@ -167,7 +167,7 @@ def index(reader: str) -> dict[str, bool]:
 
 def one(reader: str, path: Path) -> dict:
     """A dev model read `TIMES` times: what was found, the least seconds, and the peak of memory above that before, MiB."""
-    globals()[reader](FIELD / "keyhole.obj")  # what is loaded only once
+    _read_only(reader, FIELD / "same_names.obj")  # what is loaded only once
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     seconds = []
     for _ in range(TIMES):
