@@ -310,8 +310,9 @@ def lamps(rows: list[Row]) -> str:
     total = [mean(where(rows, method=m), "misclassified_pct") for m in methods]
     flaws = [(m, *(f"{x:.4f}" for key in ("acne_pct", "leak_pct") for x in spread(where(rows, method=m), key))) for m in methods]
     return (
-        "## Lamps\n\nOne view per model (640×360), spots and point lights at the camera, above the model and beyond it, `samples` fit; "
-        "1024² texels a spot or a side of a point light's cube, *four maps*: a spot's parted into 4 × 512²; wrong %.\n\n"
+        f"## Lamps\n\nOne view of {len({row.model for row in rows})} models (640×360), spots and point lights at the camera, above the "
+        "model and beyond it, `samples` fit; 1024² texels a spot or a side of a point light's cube, *four maps*: a spot's parted into "
+        "4 × 512²; wrong %.\n\n"
         + table(("light", *methods), [*lines, ("**mean**", *total)])
         + "\n\n"
         + table(("method", "acne %", "worst", "leak %", "worst"), flaws)

@@ -34,10 +34,13 @@ float light_at(Receiver r, mat2 on_surface) {
     float heights[cells * cells];
     for (int i = 0; i < cells * cells; ++i) heights[i] = height_of(r, start + side * ivec2(i % cells, i / cells));
     float bias = automatic_bias_m(r), low = FOOT_TEXELS * footprint_m(r), lit = 0.0;
+    float own = PCF_SIDE > 1 ? light_through(r, bias, vec2(0.0)) : 1.0;
     for (int i = 0; i < PCF_SIDE * PCF_SIDE; ++i) {
         int k = i % PCF_SIDE + cells * (i / PCF_SIDE);
         vec4 four = vec4(heights[k], heights[k + 1], heights[k + cells], heights[k + cells + 1]);
-        lit += is_dark_between(four, greaterThan(four, vec4(bias)), abs(from_centre), low) ? 0.0 : 1.0;
+        float through = is_dark_between(four, greaterThan(four, vec4(bias)), abs(from_centre), low) ? 0.0 : 1.0;
+        ivec2 tap = start + side * ivec2(i % PCF_SIDE, i / PCF_SIDE) - cell;
+        lit += PCF_SIDE > 1 ? seen_light(r, tap_offset(mat2(1.0), tap.x, tap.y), through, own) : through;
     }
     return lit / float(PCF_SIDE * PCF_SIDE);
 }

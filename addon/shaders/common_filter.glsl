@@ -21,7 +21,8 @@ vec2 tap_offset(mat2 units, int x, int y) { return units * ((vec2(x, y) - 0.5 * 
 // The shadow test chosen (settings/shadowing): the type `Limits` of what it works out once for all taps, `Limits limits_of(inout Receiver)`,
 // which may move the receiver, and `float light_through(Receiver, Limits, vec2 step)`, the light that reaches it `step` texels beside its
 // place. Tests of single cells have is_dark (`height`: metres of the stored depth over the receiver's plane, `depth`: NDC, `id`: stored with
-// it) and is_smoothed, and take light_through from common_shadow_cells.glsl.
+// it) and is_smoothed, and take light_through from common_shadow_cells.glsl. Each ends with common_seen_taps.glsl, before which stands
+// `bool stays_on_surface()`: whether taps that nobody sees count as the receiver's own place (not with limits given by hand, the texts' own).
 #include SHADOW_TEST
 
 #ifndef HAS_OWN_FILTER
@@ -29,9 +30,12 @@ vec2 tap_offset(mat2 units, int x, int y) { return units * ((vec2(x, y) - 0.5 * 
 float light_at(Receiver r, mat2 on_surface) {
     mat2 units = texels_from_unit(r, on_surface);
     Limits limits = limits_of(r);
-    float lit = 0.0;
-    for (int y = 0; y < PCF_SIDE; ++y)
-        for (int x = 0; x < PCF_SIDE; ++x) lit += light_through(r, limits, tap_offset(units, x, y));
+    float own = light_through(r, limits, vec2(0.0)), lit = 0.0;
+    if (PCF_SIDE == 1) return own;
+    for (int i = 0; i < PCF_SIDE * PCF_SIDE; ++i) {
+        vec2 step = tap_offset(units, i % PCF_SIDE, i / PCF_SIDE);
+        lit += 2 * i + 1 == PCF_SIDE * PCF_SIDE ? own : seen_light(r, step, light_through(r, limits, step), own);
+    }
     return lit / float(PCF_SIDE * PCF_SIDE);
 }
 #endif

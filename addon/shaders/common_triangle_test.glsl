@@ -89,8 +89,7 @@ uvec2 triangle_near(ivec3 at, bool of_outline) {
 // Is the place `step` texels from the receiver's, on its plane, in shadow?
 bool is_dark(Receiver r, vec2 step) {
     const int window = 2 * REACH + 1, cells = window * window, places = OUTLINES != 0 ? 2 * cells : cells;
-    vec3 across = step.x * r.step_s + step.y * r.step_t;
-    vec3 offset = across - r.light_ws * (dot(r.normal_ws, across) / max(r.facing, 1e-3));  // along the light onto the receiver's plane
+    vec3 offset = offset_on_plane(r, step);
     ivec2 nearest = ivec2(floor(r.texel + step));
     float far_m = u_epsilon_far >= 0.0 ? u_epsilon_far * r.facing : FAR_TEXELS * footprint_m(r);
     float lowest = 1e30, height;
@@ -128,3 +127,5 @@ bool is_dark(Receiver r, vec2 step) {
 #define Limits bool   // nothing is worked out before
 Limits limits_of(inout Receiver r) { return true; }
 float light_through(Receiver r, Limits limits, vec2 step) { return is_dark(r, step) ? 0.0 : 1.0; }
+bool stays_on_surface() { return true; }
+#include "common_seen_taps.glsl"

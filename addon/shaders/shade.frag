@@ -9,6 +9,7 @@
 #include "common_triangles.glsl"
 #include "common_large.glsl"
 #include "common_links.glsl"
+#include "common_seen.glsl"
 #include "common_filter.glsl"
 #include "common_light.glsl"
 #if LOOKS
@@ -16,11 +17,7 @@
 #endif
 uniform vec4 u_background;
 #include "common_ground.glsl"
-uniform sampler2D u_view_depth;
 uniform sampler2D u_normal;
-uniform usampler2D u_ids;
-uniform mat3 u_along_from_pixel;   // view ray per metre of view depth: M (x, y, 1), pixel coordinates from the bottom left
-uniform mat3 u_start_from_pixel;   // world point at view depth 0
 uniform float u_side;              // pixels of the target to a side of the picture's pixel
 uniform vec4 u_clay;
 #if IMPOSTORS

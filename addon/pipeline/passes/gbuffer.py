@@ -95,6 +95,13 @@ def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.nd
     return w[:3, :3] @ along_vs, start
 
 
+def pixel_from_world(camera: Camera, size: tuple[int, int]) -> np.ndarray:
+    """(4, 4): homogeneous pixel coordinates from the bottom left of a world point, the inverse of `pixel_rays`."""
+    width, height = size
+    viewport = np.array([[0.5 * width, 0, 0, 0.5 * width], [0, 0.5 * height, 0, 0.5 * height], [0, 0, 1, 0], [0, 0, 0, 1]])
+    return viewport @ camera.clip_from_world
+
+
 def seen_surface(depth: np.ndarray, camera: Camera, dtype: type = np.float32) -> tuple[np.ndarray, np.ndarray]:
     """(h, w) where a `depth` pass (row 0 at the top; inf = nothing) has a surface, rows from the bottom up, and its (P, 3) points."""
     seen = np.isfinite(depth[::-1])

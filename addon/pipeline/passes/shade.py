@@ -15,6 +15,7 @@ import numpy as np
 from ...images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
 from ...images.passes import id_colors
 from ...maths.shadow.projection import ShadowPlan
+from ...maths.spaces import translation
 from ...maths.view import Camera, Light
 from ...scene.looks import GROUND
 from ...scene.records import Ground
@@ -22,7 +23,7 @@ from ...settings.groups import DISPLAYS, Settings, ShadingChoice, ShadingWorld
 from ..geometry.draw_list import DrawList
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
-from .gbuffer import FROM_TEXTURE, GBuffer, pixel_rays
+from .gbuffer import FROM_TEXTURE, GBuffer, pixel_from_world, pixel_rays
 from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
@@ -114,6 +115,7 @@ class ShadePass:
             program,
             u_along_from_pixel=matrix_bytes(along),
             u_start_from_pixel=matrix_bytes(start - origin[:, None] * [0.0, 0.0, 1.0]),
+            u_pixel_from_world=matrix_bytes(pixel_from_world(camera, target.size) @ translation(origin)),
             u_origin=tuple(origin),
             u_section=(camera.near, camera.far),
             u_large_count=large.count if large is not None else 0,
