@@ -30,7 +30,7 @@ def settings(
         warp={"kind": warp},
         partition={"kind": partition, "count": max(count, 1), "cut": cut, "alpha": alpha},
         fit={"kind": fit, "size": isqrt(texels // maps)},
-        test=test,
+        test={"kind": "depth", **test},
     )
 
 

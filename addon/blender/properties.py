@@ -7,6 +7,7 @@ script or an operator sets it; without an `update` Blender does so only for what
 from __future__ import annotations
 
 from math import atan2, cos, hypot, pi, sin
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -20,8 +21,8 @@ from ..scene.mesh_prep import DEFAULT_CREASE_RAD
 from ..settings.combinations import applies
 from ..settings.groups import Settings
 from ..settings.option import Option
-from ..settings.options import OPTIONS, with_options
-from ..settings.versions import STRENGTH_1, light_since_1
+from ..settings.options import OPTIONS, with_its_test, with_options
+from ..settings.versions import STRENGTH_1, TEST_1, light_since_1
 from ..settings.versions import VERSION as SETTINGS_VERSION
 from .animation import curves_of
 from .redraw import on_change
@@ -210,7 +211,11 @@ def settings_from(props: CadShadowSettings) -> Settings:
 
     Where both η and n' are set by hand, n' counts.
     """
-    values = {option.name: _value(props, option) if applies(option.name, props) else option.default for option in OPTIONS}
+    values = {option.name: _value(props, option) for option in OPTIONS}
+    if not props.is_property_set("test"):
+        values |= with_its_test({name: value for name, value in values.items() if name != "test"}, "test", Settings())
+    shown = SimpleNamespace(**values)
+    values = {option.name: values[option.name] if applies(option.name, shown) else option.default for option in OPTIONS}
     if values["alpha"] is not None and len(set(values["alpha"])) == 1:
         values["alpha"] = values["alpha"][:1]
     if values["warp_parameter"] is not None:
@@ -252,8 +257,10 @@ def migrate(*_unused: object) -> None:
 
 
 def _migrate_from_1(scene: bpy.types.Scene) -> None:
-    """The scene keeps its look: its lights' brightness, and the sky and background of the settings instead of the world."""
+    """The scene keeps its look: its lights' brightness, the sky and background of the settings instead of the world, its shadow test."""
     props = scene.cad_shadow
+    if not props.is_property_set("test"):
+        store(props, {"test": TEST_1})
     strength = shortest(props.light_strength) if props.is_property_set("light_strength") else STRENGTH_1
     store(props, light_since_1(strength) | {name: tuple(getattr(props, name)) for name in ("ambient_sky", "ambient_ground", "background")})
     action = scene.animation_data.action if scene.animation_data else None

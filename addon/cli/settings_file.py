@@ -11,7 +11,7 @@ from ..scene.user_files import read_bytes
 from ..settings.combinations import idle, named
 from ..settings.groups import Settings
 from ..settings.looks import with_look
-from ..settings.options import with_options
+from ..settings.options import with_its_test, with_options
 from ..settings.versions import migrated
 
 MOST_SETTINGS = 1 << 20
@@ -40,6 +40,8 @@ def overlaid(settings: Settings, content: dict[str, object]) -> Settings:
         for name, value in content.items()
         if isinstance(value, dict)
     }
+    if "test" in tables:
+        tables["test"] = with_its_test(tables["test"], "kind", settings)
     values = {name.replace("-", "_"): value for name, value in content.items() if not isinstance(value, dict)}
     return with_options(settings.replaced(**tables), values)
 

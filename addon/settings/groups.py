@@ -38,7 +38,7 @@ class ShadowTestChoice:
     `outlines`: the triangle test also looks for triangles whose edges cross the texels round the place (thin parts far away).
     """
 
-    kind: str = one_of("depth", "Shadow test", TESTS)
+    kind: str = one_of("triangle", "Shadow test", TESTS)
     depths: int = within(1, "The number of depths per cell (n-SM)", 1, 8)
     pcf: int = one_of(1, "The number of samples of PCF", PCF_COUNTS)
     bias_strategy: str = one_of("automatic", "Bias strategy", BIASES)

@@ -6,12 +6,13 @@ Defaults, ranges, choices and checks stay in the frozen dataclasses of `maths.ch
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ..errors import SettingsError
 from ..maths.partitioning import PARTITION_SCHEMES
 from ..maths.warping import WARP_METHODS
-from .groups import Settings, ShadingWorld
+from .groups import Settings, ShadingWorld, ShadowTestChoice
 from .impostor_options import IMPOSTOR_OPTIONS
 from .option import Option, choice, words_of
 from .shadowing import SHADOW_TESTS
@@ -252,6 +253,7 @@ OPTIONS: tuple[Option, ...] = (
     *STAGE_OPTIONS,
     *IMPOSTOR_OPTIONS,
 )
+PLAIN_TEST = SHADOW_TESTS["depth"]
 BY_NAME: dict[str, Option] = {option.name: option for option in OPTIONS}
 
 
@@ -265,12 +267,22 @@ def with_options(settings: Settings, values: dict[str, object]) -> Settings:
     Raises `SettingsError` for an unknown name, a value of the wrong type, or one out of range.
     """
     groups: dict[str, dict[str, object]] = {}
-    for name, value in values.items():
+    for name, value in with_its_test(values, "test", settings).items():
         if name not in BY_NAME:
             raise SettingsError(f"There is no setting '{name}': choose one of {', '.join(BY_NAME)}.")
         for group, field in BY_NAME[name].targets:
             groups.setdefault(group, {})[field] = typed(BY_NAME[name], value)
     return settings.replaced(**groups)
+
+
+def with_its_test(values: Mapping[str, object], key: str, settings: Settings) -> dict[str, object]:
+    """`values`, and under `key` the depth test where only it has what they set (an n-SM, a bias) and nobody has chosen another.
+
+    It was the default: what was written for it goes on to mean it.
+    """
+    set_by_hand = {name for name in values if name in PLAIN_TEST.options and values[name] not in (None, BY_NAME[name].default)}
+    is_asked = key not in values and settings.test.kind == ShadowTestChoice().kind
+    return dict(values) | ({key: PLAIN_TEST.name} if is_asked and set_by_hand - SHADOW_TESTS[settings.test.kind].options else {})
 
 
 def typed(option: Option, value: object) -> object:

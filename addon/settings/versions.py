@@ -14,8 +14,9 @@ from .groups import BRIGHTEST
 
 VERSION = 2
 KEY = "settings_version"
+TEST_1 = "depth"
 STRENGTH_1 = 0.85
-"""The light strength that version 1 had where none was set."""
+"""The light strength that version 1 had where none was set, and its shadow test."""
 
 
 def light_since_1(strength: float) -> dict[str, float]:

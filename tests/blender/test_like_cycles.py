@@ -192,6 +192,7 @@ def test_a_file_of_the_first_version_keeps_its_look(blend, tmp_path, strength):
     lit = 0.5 * ((strength or 0.85) * 3.0 * 2.0 / math.sqrt(6.0) + 0.32)
     assert picture[..., 0].max() == pytest.approx(lit, rel=1e-3)
     settings = scene.cad_shadow
+    assert settings.test == "depth", "the shadow test that was the default"
     assert (settings.use_background, tuple(settings.background)) == (True, (0.0, 0.0, 1.0, 1.0))
     own, _ = judge.ours(scene, light_direction=(0.0, 0.0, 1.0))
     assert own[..., 0].max() == pytest.approx(0.5 * ((strength or 0.85) + 0.32), rel=1e-3), "a sun by direction too"

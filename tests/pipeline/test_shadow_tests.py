@@ -31,7 +31,7 @@ PLANS = [
 
 def settings(warp="lispsm-general", partition="none", size=MAP, **test):
     chosen = warp if isinstance(warp, dict) else {"kind": warp}
-    return Settings().replaced(warp=chosen, partition={"kind": partition}, fit={"size": size}, test=test)
+    return Settings().replaced(warp=chosen, partition={"kind": partition}, fit={"size": size}, test={"kind": "depth", **test})
 
 
 def render(renderer, scene, chosen, light=SUN, camera=CAMERA):

@@ -39,13 +39,13 @@ CHANGES = {  # a job's field, or a group of the settings' fields
     "partition": ({"kind": "none"}, {"kind": "z-log"}),
     "fit": ({"kind": "samples", "size": 64}, {"kind": "scene", "size": 64}, {"kind": "samples", "size": 96}),
     "test": (
-        {},
+        {"kind": "depth"},
         {"kind": "id-depth"},
         {"kind": "id-depth", "id_per_material": True},
-        {"depths": 2, "pcf": 4},
+        {"kind": "depth", "depths": 2, "pcf": 4},
         {"kind": "triangle"},
         {"kind": "triangle", "outlines": True},
-        {"bias_strategy": "constant", "bias": 0.01},
+        {"kind": "depth", "bias_strategy": "constant", "bias": 0.01},
     ),
     "shading": ({"samples": 1}, {"samples": 4}, {"display": "aliasing", "samples": 1}),
 }
@@ -107,7 +107,7 @@ def test_pictures_are_those_of_a_renderer_that_remembers_nothing(worker, rng):
     ("name", "value", "drawn"),
     [
         ("shading", {"display": "aliasing", "samples": 1}, []),
-        ("test", {"bias_strategy": "constant", "bias": 0.01}, []),
+        ("test", {"kind": "depth", "bias_strategy": "constant", "bias": 0.01}, []),
         ("test", {"kind": "id-depth"}, ["maps"]),
         ("warp", {"kind": "uniform"}, ["maps"]),
         ("light", LIGHTS[1], ["maps"]),

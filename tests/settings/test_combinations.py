@@ -88,3 +88,24 @@ def test_a_plan_says_what_means_nothing_under_its_light(kind, warp, partition):
     assert len(plan.warnings) == len(expected)
     for line, reason in zip(plan.warnings, expected, strict=True):
         assert reason in line and "\n" not in line
+
+
+@pytest.mark.parametrize(
+    ("words", "file", "kind"),
+    [
+        ((), "", "triangle"),
+        (("--depths", "4"), "", "depth"),
+        (("--bias", "0.01"), "", "depth"),
+        (("--bias-strategy", "slope-scaled"), "", "depth"),
+        ((), "depths = 2", "depth"),
+        ((), "[test]\ndepths = 2", "depth"),
+        ((), "[test]\nkind = 'id-depth'\ndepths = 2", "id-depth"),
+        (("--depths", "2"), "test = 'id-depth'", "id-depth"),
+        (("--pcf", "9", "--outlines"), "", "triangle"),
+        (("--depths", "1"), "", "triangle"),
+    ],
+)
+def test_what_only_the_depth_test_has_asks_for_it_where_no_test_is_chosen(words, file, kind):
+    args = build_parser().parse_args(["preview", "model.obj", *words])
+    args.from_file = tomllib.loads(file)
+    assert chosen_settings(Settings(), args).test.kind == kind

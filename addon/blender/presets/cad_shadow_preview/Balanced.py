@@ -1,4 +1,4 @@
-"""The defaults: four slices serve views along a scene and views at an object."""
+"""The defaults: four slices serve views along a scene and views at an object, the exact test places every edge."""
 
 import bpy
 
@@ -10,4 +10,4 @@ settings.partitions = 4
 settings.map_size = 1024
 settings.samples = "4"
 settings.fit = "samples"
-settings.test = "depth"
+settings.test = "triangle"

@@ -9,4 +9,4 @@ settings.partition = "none"
 settings.map_size = 1024
 settings.samples = "1"
 settings.fit = "samples"
-settings.test = "depth"
+settings.test = "triangle"

@@ -1,5 +1,5 @@
-"""Long views through plants, thin pipes and railings: four large maps spread over a huge depth range and the triangle-exact test, as
-sharp in its shadows as Sharp; fewer camera samples keep big scenes quick."""
+"""Long views through plants, thin pipes and railings: four large maps spread over a huge depth range and the triangle-exact test;
+fewer camera samples than Sharp keep big scenes quick."""
 
 import bpy
 

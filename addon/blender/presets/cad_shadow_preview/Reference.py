@@ -9,6 +9,6 @@ settings.partition = "z-adaptive"
 settings.partitions = 8
 settings.map_size = 4096
 settings.test = "triangle"
-settings.samples = "9"
+settings.samples = "16"
 settings.fit = "samples"
 settings.outlines = True
