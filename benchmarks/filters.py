@@ -18,7 +18,7 @@ import numpy as np
 
 from addon.maths.view import Camera, Light
 from addon.pipeline.job import Job
-from addon.pipeline.passes.samples import regular_grid, rotated_grid
+from addon.pipeline.passes.samples import regular_grid
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
 from addon.studies.run import run
@@ -67,6 +67,13 @@ A filter's taps lie on the receiver's plane, which at the foot of a wall, a step
 that the camera does not see, because something stands before it, counts as the receiver's own place does. So do an n-SM's depths, as most
 of the others do. Limits given by hand (`--bias`, `--epsilon`) are the texts' own, without this.
 """
+
+
+def rotated_grid(samples: int) -> np.ndarray:
+    """(samples, 2) offsets likewise, s × s cells with one each and no two in a row or a column: an upright edge meets s² levels, not s."""
+    side = round(samples**0.5)
+    a, b = np.divmod(np.arange(samples), side)
+    return (np.stack([side * a + b, side * b + side - 1 - a], axis=-1) + 0.5) / samples - 0.5
 
 
 def places(name: str) -> list[tuple[Scene, Camera, str, Light]]:
@@ -128,7 +135,7 @@ def reach_px(chosen: Settings, m: np.ndarray) -> np.ndarray:
     if chosen.test.filter_unit == "pixel":
         return np.full(m.shape, 2 + int(np.ceil(chosen.test.filter_width)))
     texels = side + 2.0 * (chosen.test.depths > 1)
-    return np.minimum(2.0 + np.ceil(texels * np.sqrt(np.clip(m, 0.0, 1e4))), 12.0).astype(int)
+    return np.minimum(2.0 + np.ceil(texels * np.sqrt(np.clip(np.nan_to_num(m), 0.0, 1e4))), 12.0).astype(int)
 
 
 def samples(name: str) -> dict[str, list[float]]:

@@ -60,7 +60,8 @@ it was stored.
 
 **Filter.** k taps, a texel apart, or over a width in pixels or in metres across the light, which does not change with
 warp and partition. The taps lie on the receiver's plane; one that nobody sees there, inside a wall at whose foot the
-receiver lies or beyond an edge, counts as the receiver's own place ([filters](filters.md)). With limits given by hand it counts itself.
+receiver lies or beyond an edge, counts as the receiver's own place (`python -m benchmarks.filters` measures
+rims). With limits given by hand it counts itself.
 """
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SIZE, MAP = (640, 360), 1024

@@ -97,7 +97,9 @@ def test_no_crack_opens_between_triangles_that_share_an_edge(renderer, warp):
     triangles = Delaunay(points).simplices
     scene = scenes.scene_of((np.c_[points, np.zeros(len(points))], triangles))
     sun = Light("sun", np.array([0.0, 0.0, 1.0]))
-    chosen = Settings().replaced(warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": 1024}, test={"kind": "depth"})
+    chosen = Settings().replaced(
+        warp={"kind": warp}, partition={"kind": "none"}, fit={"kind": "scene", "size": 1024}, test={"kind": "depth"}
+    )
     frame = run(Job(scene, CAMERA, sun, chosen, SIZE, ("texel",)), on=renderer).frame
     depth, projection = frame.passes["shadow_depth"][0], frame.plan.projections[0]
     expected = ray_depth(scenes.scene_of(scenes.sheet(*(tuple(c) + (0.0,) for c in corners))), projection, 1024)

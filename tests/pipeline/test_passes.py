@@ -24,7 +24,9 @@ SCENES = [scenes.closed_box, scenes.railing, scenes.chair, scenes.staircase]
 
 
 def settings(warp="lispsm-general", partition="none", fit="scene", size=MAP, **test):
-    return Settings().replaced(warp={"kind": warp}, partition={"kind": partition}, fit={"kind": fit, "size": size}, test={"kind": "depth", **test})
+    return Settings().replaced(
+        warp={"kind": warp}, partition={"kind": partition}, fit={"kind": fit, "size": size}, test={"kind": "depth", **test}
+    )
 
 
 def render(renderer, scene, chosen, passes=DATA_PASSES, light=SUN, camera=CAMERA):

@@ -26,13 +26,6 @@ def regular_grid(samples: int) -> np.ndarray:
     return np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
 
 
-def rotated_grid(samples: int) -> np.ndarray:
-    """(samples, 2) offsets likewise, s × s cells with one each and no two in a row or a column: an upright edge meets s² levels, not s."""
-    side = round(samples**0.5)
-    a, b = np.divmod(np.arange(samples), side)
-    return (np.stack([side * a + b, side * b + side - 1 - a], axis=-1) + 0.5) / samples - 0.5
-
-
 def grid_side(offsets: np.ndarray) -> int | None:
     """n where `offsets` (n², 2) are those of `regular_grid`, in any order; None for another pattern."""
     side = round(len(offsets) ** 0.5)
