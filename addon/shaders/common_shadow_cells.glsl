@@ -79,17 +79,17 @@ float light_through(Receiver r, Limits limits, vec2 step) {
     ids[0] = ids[1] = uvec4(0u);
 #endif
     int lit = 0, hidden = 0;
-    float lowest = 1e30;
+    float own_height = 0.0;
     for (int i = 0; i < DEPTHS; ++i) {
         ivec2 place = cell + place_of(i, depths[0]);
         float depth = depths[i / 4][i % 4] * 2.0 - 1.0, height = height_above(r, vec3(cell_ndc(place), depth));
         bool dark = is_dark(r, limits, place, height, depth, ids[i / 4][i % 4]);
         lit += dark ? 0 : 1;
-        lowest = dark ? min(lowest, height) : lowest;
+        if (i == 0) own_height = height;
         if (dark && is_smoothed() && is_hidden(r, offset_on_plane(r, vec2(place) + 0.5 - r.texel))) ++hidden;
     }
-    // depths where nobody sees the receiver's plane count as most of the others do; where there are none, as at a foot
-    bool mostly_lit = lit + hidden == DEPTHS && lit == 0 ? lowest <= FOOT_TEXELS * footprint_m(r) : 2 * lit + hidden >= DEPTHS;
+    // depths where nobody sees the receiver's plane count as most of the others do; where there are none, it is a foot if the own one is low
+    bool mostly_lit = lit + hidden == DEPTHS && lit == 0 ? own_height <= FOOT_TEXELS * footprint_m(r) : 2 * lit + hidden >= DEPTHS;
     return float(mostly_lit ? lit + hidden : lit) / float(DEPTHS);
 #endif
 }
