@@ -109,13 +109,10 @@ class ShadePass:
             **shadow_defines(settings.test),
         )
         self._bind(program, gbuffer, maps, draw_list, triangles | more)
-        along, start = pixel_rays(camera, target.size)
         origin = plan.origin_ws if plan else np.zeros(3)
         set_uniforms(
             program,
-            u_along_from_pixel=matrix_bytes(along),
-            u_start_from_pixel=matrix_bytes(start - origin[:, None] * [0.0, 0.0, 1.0]),
-            u_pixel_from_world=matrix_bytes(pixel_from_world(camera, target.size) @ translation(origin)),
+            **_pixel_uniforms(camera, target.size, origin),
             u_origin=tuple(origin),
             u_section=(camera.near, camera.far),
             u_large_count=large.count if large is not None else 0,
@@ -181,6 +178,16 @@ class ShadePass:
         for array in self._arrays.values():
             array.release()
         self._arrays.clear()
+
+
+def _pixel_uniforms(camera: Camera, size: tuple[int, int], origin_ws: np.ndarray) -> dict[str, object]:
+    """What takes pixels to places relative to the origin, and back."""
+    along, start = pixel_rays(camera, size)
+    return {
+        "u_along_from_pixel": matrix_bytes(along),
+        "u_start_from_pixel": matrix_bytes(start - origin_ws[:, None] * [0.0, 0.0, 1.0]),
+        "u_pixel_from_world": matrix_bytes(pixel_from_world(camera, size) @ translation(origin_ws)),
+    }
 
 
 def _light_uniforms(light: Light | None, settings: Settings, origin_ws: np.ndarray) -> dict[str, object]:
