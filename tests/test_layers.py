@@ -48,7 +48,7 @@ FLOORS = {
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
-    "addon/pipeline/impostors": "baked records texels < costs tiles < capture < ahead draw sights < views < life < shadows < __init__",
+    "addon/pipeline/impostors": "baked records texels < costs tiles < capture < ahead draw predictions < views < life < shadows < __init__",
     "addon/pipeline/passes": "fill large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
     " < shadow < caps edges shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",

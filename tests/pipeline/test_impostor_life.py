@@ -139,7 +139,7 @@ def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(fil
 
 def test_a_capture_from_ahead_that_would_be_wrong_here_is_made_from_here(film, renderer, monkeypatch):
     """No texture holds from a radian ahead."""
-    monkeypatch.setattr(impostor_ahead, "ahead_of", lambda worn, before, camera, centre, share: camera.carried(centre, 1.0))
+    monkeypatch.setattr(impostor_ahead, "ahead_of", lambda current, before, camera, centre, share: camera.carried(centre, 1.0))
     rules = replace(ALL, life=LifeSettings())
     for angle in np.arange(0.0, 0.6, 0.02):
         if film(orbit(angle), rules).impostors[0].stage == "regenerated":

@@ -22,14 +22,14 @@ MOST_GAIN = 1.5
 """The share grows by this factor at most from one capture to the next; when it was too large it halves."""
 
 
-def ahead_of(worn: CaptureFrame, before: Camera, camera: Camera, centre_ws: np.ndarray, share: float) -> Camera | None:
+def ahead_of(current: CaptureFrame, before: Camera, camera: Camera, centre_ws: np.ndarray, share: float) -> Camera | None:
     """`camera` carried on round the object's middle, the way it came since the frame `before`, by `share` of the angle that it has turned
-    by since it passed where `worn` was captured.
+    by since it passed where `current` was captured.
 
     None where it does not move on steadily round the object: it stands, comes straight nearer, or jumps.
     """
     then, now = (towards_eye(view, centre_ws)[0] for view in (before, camera))
-    eye = worn.world_from_plane @ worn.eye
+    eye = current.world_from_plane @ current.eye
     captured = eye[:3] - eye[3] * centre_ws
     step_rad, worn_rad = (float(angle_between(earlier, now)) for earlier in (then, captured))
     if not 1e-9 < step_rad <= STEADY * worn_rad:

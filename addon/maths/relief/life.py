@@ -171,68 +171,68 @@ class _Wish:
     felt: float = inf
 
 
-def decide(states: Sequence[ImpostorState], sights: Sequence[ViewedImpostor], settings: LifeSettings) -> list[Action]:
+def decide(states: Sequence[ImpostorState], impostors: Sequence[ViewedImpostor], settings: LifeSettings) -> list[Action]:
     """One `Action` per impostor, in order. At most `regenerations` of them capture, and the textures kept fit `memory_bytes`.
 
     An impostor whose texture would be wrong is shown as geometry, never warped.
     """
-    wishes = [_wish(state, sight, settings) for state, sight in zip(states, sights, strict=True)]
-    chosen = _within_budget(wishes, sights, settings)
+    wishes = [_wish(state, impostor, settings) for state, impostor in zip(states, impostors, strict=True)]
+    chosen = _within_budget(wishes, impostors, settings)
     actions = []
-    for index, (state, sight, wish) in enumerate(zip(states, sights, wishes, strict=True)):
+    for index, (state, impostor, wish) in enumerate(zip(states, impostors, wishes, strict=True)):
         if index in chosen:
             actions.append(Action(state.key, "regenerated", regenerate=True, reason=wish.reason, fade=_fade(0, settings)))
         else:
-            stage = _while_waiting(state, sight, wish, settings)
-            evict = state.is_captured and sight.is_too_fine and stage == "geometry"
-            waits = wish.need > 1.0 and settings.regenerations > 0 and sight.capture_bytes <= settings.memory_bytes
+            stage = _while_waiting(state, impostor, wish, settings)
+            evict = state.is_captured and impostor.is_too_fine and stage == "geometry"
+            waits = wish.need > 1.0 and settings.regenerations > 0 and impostor.capture_bytes <= settings.memory_bytes
             fade = _fade(state.age + 1, settings)
             reason = "" if 0.0 < wish.need <= 1.0 else wish.reason
             actions.append(Action(state.key, stage, evict=evict, reason=reason, fade=fade, waits=waits, need=wish.felt))
-    return _within_memory(actions, states, sights, settings)
+    return _within_memory(actions, states, impostors, settings)
 
 
-def advance(state: ImpostorState, action: Action, sight: ViewedImpostor) -> ImpostorState:
+def advance(state: ImpostorState, action: Action, impostor: ViewedImpostor) -> ImpostorState:
     """The state after the frame in which `action` was done."""
-    unseen = 0 if sight.is_visible else state.unseen + 1
+    unseen = 0 if impostor.is_visible else state.unseen + 1
     if action.evict:
         return ImpostorState(state.key, stage=action.stage, unseen=unseen)
     if action.regenerate:
-        return ImpostorState(state.key, True, False, "regenerated", 0, unseen, sight.capture_bytes)
+        return ImpostorState(state.key, True, False, "regenerated", 0, unseen, impostor.capture_bytes)
     return replace(state, stage=action.stage, age=state.age + 1 if state.is_captured else 0, unseen=unseen, need=action.need)
 
 
-def is_dearer(state: ImpostorState, sight: ViewedImpostor) -> bool:
+def is_dearer(state: ImpostorState, impostor: ViewedImpostor) -> bool:
     """True when drawing the geometry is cheaper than the impostor; what begins as one must gain something, what is one may lose next to
     nothing."""
-    return sight.impostor_cost > sight.geometry_cost * (GAIN if state.stage in ("geometry", "hidden") else LOSS)
+    return impostor.impostor_cost > impostor.geometry_cost * (GAIN if state.stage in ("geometry", "hidden") else LOSS)
 
 
-def _wish(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings) -> _Wish:
-    if not sight.is_visible:
+def _wish(state: ImpostorState, impostor: ViewedImpostor, settings: LifeSettings) -> _Wish:
+    if not impostor.is_visible:
         return _Wish("hidden", 0.0, "out of view")
-    if sight.is_cut:
+    if impostor.is_cut:
         return _Wish("geometry", 0.0, "the view's near distance cuts it open")
-    if is_dearer(state, sight):
+    if is_dearer(state, impostor):
         return _Wish("geometry", 0.0, "the geometry is cheaper")
-    if sight.is_too_fine:
+    if impostor.is_too_fine:
         return _Wish("geometry", 0.0, TOO_FINE)
-    can_capture = sight.capture_bytes > 0
+    can_capture = impostor.capture_bytes > 0
     urgent = inf if can_capture else 0.0
     for wrong, reason in (
         (not state.is_captured, "not captured yet"),
         (state.is_stale, "the object has changed"),
-        (sight.tilt_rad > settings.max_tilt_rad, "seen too far from the side"),
-        (not sight.predicted < inf, "the eye is not before the plane"),
+        (impostor.tilt_rad > settings.max_tilt_rad, "seen too far from the side"),
+        (not impostor.predicted < inf, "the eye is not before the plane"),
     ):
         if wrong:
             return _Wish("geometry", urgent, reason if can_capture else f"{reason}; cannot be captured from here")
-    return _wish_of_captured(state, sight, settings, can_capture)
+    return _wish_of_captured(state, impostor, settings, can_capture)
 
 
-def _wish_of_captured(state: ImpostorState, sight: ViewedImpostor, settings: LifeSettings, can_capture: bool) -> _Wish:
+def _wish_of_captured(state: ImpostorState, impostor: ViewedImpostor, settings: LifeSettings, can_capture: bool) -> _Wish:
     """The wish of an impostor with a valid warp: RI's two critical moments and the approach."""
-    betas, error = sight.betas, sight.predicted / settings.effective_limit
+    betas, error = impostor.betas, impostor.predicted / settings.effective_limit
     assert betas is not None, "there are angles where there is a texture"
     as_sprite = settings.sprite_px if state.stage in ("sprite", "regenerated") else settings.sprite_px * settings.hysteresis
     is_sprite = betas.total <= as_sprite * betas.screen
@@ -250,17 +250,17 @@ def _wish_of_captured(state: ImpostorState, sight: ViewedImpostor, settings: Lif
     return _Wish(stage, need, reason, need)
 
 
-def _within_budget(wishes: Sequence[_Wish], sights: Sequence[ViewedImpostor], settings: LifeSettings) -> set[int]:
+def _within_budget(wishes: Sequence[_Wish], impostors: Sequence[ViewedImpostor], settings: LifeSettings) -> set[int]:
     """Who may capture: first those that must, by how much and how large they are seen; then, if more would rather than may in a frame, one
     of those."""
-    must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -sights[i].covered_px, i))
+    must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -impostors[i].covered_px, i))
     early = sorted((i for i, w in enumerate(wishes) if 0.0 < w.need <= 1.0), key=lambda i: (-wishes[i].need, i))
-    affordable = [i for i in must if sights[i].capture_bytes <= settings.memory_bytes][: settings.regenerations]
+    affordable = [i for i in must if impostors[i].capture_bytes <= settings.memory_bytes][: settings.regenerations]
     room = settings.regenerations - len(affordable)
     return {*affordable, *(early[: min(room, 1)] if len(early) > settings.regenerations else ())}
 
 
-def _while_waiting(state: ImpostorState, sight: ViewedImpostor, wish: _Wish, settings: LifeSettings) -> str:
+def _while_waiting(state: ImpostorState, impostor: ViewedImpostor, wish: _Wish, settings: LifeSettings) -> str:
     """The stage of an impostor that does not capture now."""
     if wish.stage not in ("sprite", "warp"):
         return wish.stage
@@ -268,25 +268,25 @@ def _while_waiting(state: ImpostorState, sight: ViewedImpostor, wish: _Wish, set
 
 
 def _within_memory(
-    actions: list[Action], states: Sequence[ImpostorState], sights: Sequence[ViewedImpostor], settings: LifeSettings
+    actions: list[Action], states: Sequence[ImpostorState], impostors: Sequence[ViewedImpostor], settings: LifeSettings
 ) -> list[Action]:
     """Free the least needed textures (longest unseen, then smallest on the screen) until the rest fits; in view, geometry stands in."""
-    rows = zip(actions, states, sights, strict=True)
-    sizes = [sight.capture_bytes if action.regenerate else state.bytes for action, state, sight in rows]
+    rows = zip(actions, states, impostors, strict=True)
+    sizes = [impostor.capture_bytes if action.regenerate else state.bytes for action, state, impostor in rows]
     total = sum(sizes)
-    order = sorted(range(len(actions)), key=lambda i: (actions[i].regenerate, -_unseen(states[i], sights[i]), sights[i].covered_px))
+    order = sorted(range(len(actions)), key=lambda i: (actions[i].regenerate, -_unseen(states[i], impostors[i]), impostors[i].covered_px))
     for i in order:
         if total <= settings.memory_bytes:
             break
         if sizes[i]:
-            stage = "hidden" if not sights[i].is_visible else "geometry"
+            stage = "hidden" if not impostors[i].is_visible else "geometry"
             actions[i] = Action(states[i].key, stage, evict=states[i].bytes > 0, reason="texture memory is used up")
             total -= sizes[i]
     return actions
 
 
-def _unseen(state: ImpostorState, sight: ViewedImpostor) -> int:
-    return 0 if sight.is_visible else state.unseen + 1
+def _unseen(state: ImpostorState, impostor: ViewedImpostor) -> int:
+    return 0 if impostor.is_visible else state.unseen + 1
 
 
 def _fade(age: int, settings: LifeSettings) -> float:

@@ -11,7 +11,7 @@ from ...maths.relief.life import LifeSettings, ViewedImpostor
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from .capture import ImpostorTextures
-from .records import Part, View
+from .records import ImpostorView, Part
 
 
 class Ahead:
@@ -25,27 +25,27 @@ class Ahead:
         """The frame is done: where its eye was."""
         self._before = camera
 
-    def forget(self, key: Hashable) -> None:
+    def drop(self, key: Hashable) -> None:
         """The object is not an impostor any more."""
         self._shares.pop(key, None)
 
-    def frame(self, part: Part, worn: ImpostorTextures, view: View) -> CaptureFrame | None:
-        """What to capture in the place of `worn`; None: what is seen from the eye itself."""
-        if self._before is None or view.life.ahead == 0.0:
+    def frame(self, part: Part, current: ImpostorTextures, view: ImpostorView) -> CaptureFrame | None:
+        """What to capture in the place of `current`; None: what is seen from the eye itself."""
+        if self._before is None or view.choice.life.ahead == 0.0:
             return None
-        share = self._shares.get(part.group.key, view.life.ahead)
+        share = self._shares.get(part.group.key, view.choice.life.ahead)
         try:
-            ahead = ahead_of(worn.frame, self._before, view.camera, part.bounds_ws.mean(axis=0), share)
-            return capture_frame(part.hull_ws, ahead, view.size, view.capture) if ahead is not None else None
+            ahead = ahead_of(current.frame, self._before, view.camera, part.bounds_ws.mean(axis=0), share)
+            return capture_frame(part.hull_ws, ahead, view.size, view.choice.capture) if ahead is not None else None
         except SceneError:
             return None
 
-    def holds(self, key: Hashable, sight: ViewedImpostor, life: LifeSettings) -> bool:
-        """Whether a texture captured ahead is good enough here and now (`sight` of it); what was found is learnt from."""
-        if sight.betas is None:
+    def holds(self, key: Hashable, impostor: ViewedImpostor, life: LifeSettings) -> bool:
+        """Whether a texture captured ahead is good enough here and now (as `impostor` predicts); what was found is learnt from."""
+        if impostor.betas is None:
             return False
         limit = life.effective_limit
-        coarse = sight.betas.texel > life.texel_px * sight.betas.screen
-        found = float("inf") if coarse or sight.tilt_rad > life.max_tilt_rad else sight.predicted
+        coarse = impostor.betas.texel > life.texel_px * impostor.betas.screen
+        found = float("inf") if coarse or impostor.tilt_rad > life.max_tilt_rad else impostor.predicted
         self._shares[key] = next_share(self._shares.get(key, life.ahead), found, life.ahead * limit)
         return found <= limit

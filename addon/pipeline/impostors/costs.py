@@ -11,7 +11,7 @@ from collections.abc import Hashable
 
 import numpy as np
 
-from .records import Part, View
+from .records import ImpostorView, Part
 
 START_PIXEL_NS = 150.0
 """What an impostor's pixel is taken to cost until one was measured."""
@@ -63,23 +63,23 @@ class Costs:
         if age:
             self._lives[key] = [*self._lives.get(key, ())[-LIVES + 1 :], age]
 
-    def forget(self, key: Hashable) -> None:
+    def drop(self, key: Hashable) -> None:
         """The object is not an impostor any more, or has changed."""
         for kept in (self._geometry_ns, self._capture_ns, self._lives):
             kept.pop(key, None)
 
-    def of(self, part: Part, view: View, covered_px: float, texels: float, age: int) -> tuple[float, float]:
+    def of(self, part: Part, view: ImpostorView, covered_px: float, texels: float, age: int) -> tuple[float, float]:
         """(geometry, impostor): nanoseconds a picture; infinite geometry where impostors are drawn however cheap it is.
 
         `covered_px` pixels and `texels` of a capture from here; `age` of the one there is, in pictures.
         """
-        if not view.break_even:
+        if not view.choice.break_even:
             return np.inf, 0.0
-        triangles = part.triangles * view.triangle_ns if view.triangle_ns else self._geometry_ns[part.group.key][1]
+        triangles = part.triangles * view.choice.triangle_ns if view.choice.triangle_ns else self._geometry_ns[part.group.key][1]
         passes = 1 if view.samples == 1 else 2
-        pixels = covered_px * (view.pixel_ns or self.pixel_ns) * (passes - 1 + view.samples * (1.0 + FOLLOWED))
+        pixels = covered_px * (view.choice.pixel_ns or self.pixel_ns) * (passes - 1 + view.samples * (1.0 + FOLLOWED))
         capture = CAPTURE_PASSES * triangles + texels * START_TEXEL_NS
-        if view.fresh:
+        if view.choice.fresh:
             return passes * triangles, FRESH_MARGIN * (pixels + capture)
         capture = self._capture_ns.get(part.group.key, capture)
         lives = self._lives.get(part.group.key)

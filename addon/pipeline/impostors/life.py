@@ -27,8 +27,8 @@ from ..passes.gbuffer import draw_gbuffer
 from .ahead import Ahead
 from .capture import ImpostorTextures, capture, fingerprint
 from .draw import draw_impostor
-from .records import ImpostorChoice, ImpostorGroup, Part, Seen, View, parts_of
-from .sights import Sights
+from .predictions import Predictions
+from .records import ImpostorChoice, ImpostorGroup, ImpostorView, Part, Predicted, parts_of
 from .views import DrawnImpostor, Views, towards_set
 
 CARRIED = "edges carried over"
@@ -55,7 +55,7 @@ class ImpostorLibrary:
         self._textures: dict[Hashable, ImpostorTextures] = {}
         self._old: dict[Hashable, ImpostorTextures] = {}
         self._views: dict[Hashable, Views] = {}
-        self._look = Sights()
+        self._predictions = Predictions()
         self._ahead = Ahead()
         self._captures: Counter[Hashable] = Counter()
         self._parts: tuple[Scene | None, tuple[ImpostorGroup, ...], list[Part]] = (None, (), [])
@@ -68,7 +68,7 @@ class ImpostorLibrary:
 
         Groups no longer asked for lose their textures.
         """
-        self._forget(set() if choice.fresh else {g.key for g in choice.groups})
+        self._drop_others(set() if choice.fresh else {g.key for g in choice.groups})
         self._captures.clear()
         parts = self._found(scene, choice.groups)
         states = [self._state(part, draw_list) for part in parts]
@@ -78,16 +78,16 @@ class ImpostorLibrary:
         for key, views in self._views.items():
             self._textures[key] = views.by_nearness(camera)[0]
         kept = [self._textures.get(part.group.key) for part in parts]
-        sights = self._look.look(parts, kept, view, [state.age for state in states])
+        predicted = self._predictions.predict(parts, kept, view, [state.age for state in states])
         numbers: list[int | None] = [None] * len(parts)
         if choice.directions:
-            turned = [self._towards_set(part, seen, view, choice) for part, seen in zip(parts, sights, strict=True)]
-            sights, numbers = [seen for seen, _ in turned], [number for _, number in turned]
-        actions = _asked(decide(states, [s.sight for s in sights], choice.life), states, sights, choice)
+            turned = [self._towards_set(part, seen, view) for part, seen in zip(parts, predicted, strict=True)]
+            predicted, numbers = [seen for seen, _ in turned], [number for _, number in turned]
+        actions = _asked(decide(states, [s.impostor for s in predicted], choice.life), states, predicted, choice)
         geometry_rows, drawn, reports = np.ones(len(scene.instances), bool), [], []
-        for part, state, seen, action, number in zip(parts, states, sights, actions, numbers, strict=True):
-            action, shown = self._do(part, seen, action, draw_list, view, choice, number)
-            self._states[part.group.key] = replace(advance(state, action, seen.sight), bytes=self._bytes(part.group.key))
+        for part, state, seen, action, number in zip(parts, states, predicted, actions, numbers, strict=True):
+            action, shown = self._do(part, seen, action, draw_list, view, number)
+            self._states[part.group.key] = replace(advance(state, action, seen.impostor), bytes=self._bytes(part.group.key))
             if action.stage not in ("geometry", "hidden"):
                 drawn.append(self._drawn(part, action, shown, camera, choice))
             if action.stage != "geometry":
@@ -100,7 +100,7 @@ class ImpostorLibrary:
     @property
     def pixel_ns(self) -> float:
         """What an impostor's pixel costs, as far as it was measured."""
-        return self._look.costs.pixel_ns
+        return self._predictions.costs.pixel_ns
 
     def textures(self, key: Hashable) -> ImpostorTextures | None:
         """The current texture of an impostor."""
@@ -108,7 +108,7 @@ class ImpostorLibrary:
 
     def release(self) -> None:
         """Free everything."""
-        self._forget(set())
+        self._drop_others(set())
 
     def _found(self, scene: Scene, groups: tuple[ImpostorGroup, ...]) -> list[Part]:
         """The groups in the scene, looked for once per scene."""
@@ -125,12 +125,12 @@ class ImpostorLibrary:
             known[part.group] = fingerprint(draw_list, part.rows)
         return known[part.group]
 
-    def _forget(self, wanted: set[Hashable]) -> None:
+    def _drop_others(self, wanted: set[Hashable]) -> None:
         for key in [k for k in self._states if k not in wanted]:
             del self._states[key]
             self._drop(key)
-            self._look.forget(key)
-            self._ahead.forget(key)
+            self._predictions.drop(key)
+            self._ahead.drop(key)
 
     def _drop(self, key: Hashable) -> None:
         self._textures.pop(key, None)
@@ -142,8 +142,8 @@ class ImpostorLibrary:
         """Texture memory of all captures of an impostor that stay."""
         return self._views[key].bytes if key in self._views else 0
 
-    def _towards_set(self, part: Part, seen: Seen, view: View, choice: ImpostorChoice) -> tuple[Seen, int | None]:
-        return towards_set(part, seen, self._views.get(part.group.key), view, choice.directions, choice.views)
+    def _towards_set(self, part: Part, seen: Predicted, view: ImpostorView) -> tuple[Predicted, int | None]:
+        return towards_set(part, seen, self._views.get(part.group.key), view, view.choice.directions, view.choice.views)
 
     def _state(self, part: Part, draw_list: DrawList) -> ImpostorState:
         key = part.group.key
@@ -151,12 +151,12 @@ class ImpostorLibrary:
         textures = self._textures.get(key)
         if textures is not None and textures.fingerprint != self._fingerprint(part, draw_list):
             state = replace(state, is_stale=True)
-            self._look.forget(key)
+            self._predictions.drop(key)
             if key in self._old:
                 self._old.pop(key).release()
         return state
 
-    def _measure_geometry(self, parts: Sequence[Part], draw_list: DrawList, view: View) -> None:
+    def _measure_geometry(self, parts: Sequence[Part], draw_list: DrawList, view: ImpostorView) -> None:
         """Time the triangles of objects that are new or have changed."""
         target, device = self._device.gbuffer(view.size), self._device
         for part in parts:
@@ -165,9 +165,9 @@ class ImpostorLibrary:
                 draw_gbuffer(device.context, device.programs, target, draw_list, view.camera, rows)
                 device.context.finish()
 
-            self._look.measure_geometry(part, draw)
+            self._predictions.measure_geometry(part, draw)
 
-    def _measure_impostor(self, part: Part, textures: ImpostorTextures, covered_px: float, view: View, method: str) -> None:
+    def _measure_impostor(self, part: Part, textures: ImpostorTextures, covered_px: float, view: ImpostorView, method: str) -> None:
         """Time the drawing of a texture just captured."""
         target, device = self._device.gbuffer(view.size), self._device
 
@@ -175,17 +175,23 @@ class ImpostorLibrary:
             draw_impostor(device, target, textures, part.hull_ws, view.camera, method=method)
             device.context.finish()
 
-        self._look.measure_impostor(covered_px, draw)
+        self._predictions.measure_impostor(covered_px, draw)
 
     def _do(
-        self, part: Part, seen: Seen, action: Action, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
-    ) -> tuple[Action, Seen]:
+        self,
+        part: Part,
+        seen: Predicted,
+        action: Action,
+        draw_list: DrawList,
+        view: ImpostorView,
+        number: int | None,
+    ) -> tuple[Action, Predicted]:
         """Capture or evict as decided (`number`: which direction of a set); a capture that shows nothing turns into geometry. Returns what
-        was done, and the sight of what there is now."""
+        was done, and what is predicted of what there is now."""
         key = part.group.key
         if action.evict:
-            if seen.sight.is_too_fine and key in self._textures:
-                self._look.remember_too_fine(key, self._textures[key].frame)
+            if seen.impostor.is_too_fine and key in self._textures:
+                self._predictions.remember_too_fine(key, self._textures[key].frame)
             self._drop(key)
         if not action.regenerate:
             if action.fade >= 1.0 and key in self._old:
@@ -193,44 +199,46 @@ class ImpostorLibrary:
             return action, seen
         begin = time.perf_counter_ns()
         try:
-            fresh, shown = self._captured(part, seen, draw_list, view, choice, number)
+            fresh, shown = self._captured(part, seen, draw_list, view, number)
         except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error)), seen
-        self._look.costs.captured(key, float(time.perf_counter_ns() - begin), self._states[key].age if key in self._states else 0)
-        if fresh.edges.contour_share > choice.life.finest:
-            self._look.remember_too_fine(key, fresh.frame)
+        self._predictions.costs.captured(key, float(time.perf_counter_ns() - begin), self._states[key].age if key in self._states else 0)
+        if fresh.edges.contour_share > view.choice.life.finest:
+            self._predictions.remember_too_fine(key, fresh.frame)
             fresh.release()
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=TOO_FINE), seen
-        self._keep(key, fresh, view, choice, number)
-        if choice.break_even and choice.pixel_ns is None:
-            self._measure_impostor(part, fresh, seen.sight.covered_px, view, choice.warp)
+        self._keep(key, fresh, view, number)
+        if view.choice.break_even and view.choice.pixel_ns is None:
+            self._measure_impostor(part, fresh, seen.impostor.covered_px, view, view.choice.warp)
         return action if fresh.edges.gathered is None else replace(action, reason=f"{action.reason}; {CARRIED}"), shown
 
     def _captured(
-        self, part: Part, seen: Seen, draw_list: DrawList, view: View, choice: ImpostorChoice, number: int | None
-    ) -> tuple[ImpostorTextures, Seen]:
-        """A new capture and the sight of it: from ahead of an eye that moves on, where that is good enough here, else from here."""
+        self, part: Part, seen: Predicted, draw_list: DrawList, view: ImpostorView, number: int | None
+    ) -> tuple[ImpostorTextures, Predicted]:
+        """A new capture and what is predicted of it: from ahead of an eye that moves on, where that is good enough here, else from here."""
 
-        def taken(frame: CaptureFrame) -> tuple[ImpostorTextures, Seen]:
+        def taken(frame: CaptureFrame) -> tuple[ImpostorTextures, Predicted]:
             self._captures[key] += 1
-            known = _known(worn, frame, choice) if renews else None
-            fresh = capture(self._device, draw_list, part.rows, frame, with_back=choice.back_layer, choice=choice.edges, known=known)
-            return fresh, self._look.look_at(part, fresh, view)
+            known = _known(current, frame, view.choice) if renews else None
+            fresh = capture(
+                self._device, draw_list, part.rows, frame, with_back=view.choice.back_layer, choice=view.choice.edges, known=known
+            )
+            return fresh, self._predictions.predict_alone(part, fresh, view)
 
-        key, worn = part.group.key, self._textures.get(part.group.key)
-        renews = worn is not None and worn.fingerprint == self._fingerprint(part, draw_list) and number is None
-        if renews and choice.mode == "automatic":
-            ahead = self._ahead.frame(part, worn, view)
+        key, current = part.group.key, self._textures.get(part.group.key)
+        renews = current is not None and current.fingerprint == self._fingerprint(part, draw_list) and number is None
+        if renews and view.choice.mode == "automatic":
+            ahead = self._ahead.frame(part, current, view)
             if ahead is not None:
                 fresh, shown = taken(ahead)
-                if self._ahead.holds(key, shown.sight, view.life):
+                if self._ahead.holds(key, shown.impostor, view.choice.life):
                     return fresh, shown
                 fresh.release()
-        return taken(seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.capture))
+        return taken(seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.choice.capture))
 
-    def _keep(self, key: Hashable, fresh: ImpostorTextures, view: View, choice: ImpostorChoice, number: int | None) -> None:
+    def _keep(self, key: Hashable, fresh: ImpostorTextures, view: ImpostorView, number: int | None) -> None:
         """Put a new capture among those of its impostor; captures of what the object was before go."""
         former = self._textures.get(key)
         if former is not None and former.fingerprint != fresh.fingerprint:
@@ -238,13 +246,13 @@ class ImpostorLibrary:
         if key in self._old:
             self._old.pop(key).release()
         views = self._views.setdefault(key, Views())
-        if choice.life.fade_frames and number is None and choice.views == 1 and views.held:
+        if view.choice.life.fade_frames and number is None and view.choice.views == 1 and views.held:
             self._old[key] = views.held.popitem()[1]
-        views.make_room(fresh.bytes, choice.life.memory_bytes, view.camera)
-        views.put(number, fresh, choice.views)
+        views.make_room(fresh.bytes, view.choice.life.memory_bytes, view.camera)
+        views.put(number, fresh, view.choice.views)
         self._textures[key] = views.by_nearness(view.camera)[0]
 
-    def _drawn(self, part: Part, action: Action, shown: Seen, camera: Camera, choice: ImpostorChoice) -> DrawnImpostor:
+    def _drawn(self, part: Part, action: Action, shown: Predicted, camera: Camera, choice: ImpostorChoice) -> DrawnImpostor:
         """Further captures are drawn with one that is over the limit alone, or is of a set: with one within it they gain nothing."""
         key = part.group.key
         old = self._old.get(key)
@@ -253,13 +261,13 @@ class ImpostorLibrary:
         textures = self._textures[key]
         at_rest = textures.frame.is_perspective and is_at_capture(textures.frame, camera)
         near = [t for t in self._views[key].by_nearness(camera)[1 : choice.views] if tilt_rad(t.frame, camera) <= choice.life.max_tilt_rad]
-        gains = choice.directions > 0 or shown.sight.predicted > choice.life.effective_limit
+        gains = choice.directions > 0 or shown.impostor.predicted > choice.life.effective_limit
         others = tuple(near) if gains and not at_rest else ()
         return DrawnImpostor(
             textures, part.hull_ws, at_rest or action.stage == "sprite", choice.warp, action.fade, old, others, choice.fill
         )
 
-    def _report(self, part: Part, seen: Seen, shown: Seen, action: Action, choice: ImpostorChoice) -> ImpostorReport:
+    def _report(self, part: Part, seen: Predicted, shown: Predicted, action: Action, choice: ImpostorChoice) -> ImpostorReport:
         key = part.group.key
         textures, state = self._textures.get(key), self._states[key]
         size = (textures.frame.width, textures.frame.height) if textures else (0, 0)
@@ -269,11 +277,11 @@ class ImpostorLibrary:
             action.stage,
             action.reason,
             state.age,
-            seen.sight.betas,
+            seen.impostor.betas,
             seen.errors,
-            shown.sight.predicted if textures and shown.sight.is_visible else None,
+            shown.impostor.predicted if textures and shown.impostor.is_visible else None,
             choice.life.effective_limit,
-            seen.sight.tilt_rad,
+            seen.impostor.tilt_rad,
             size,
             self._bytes(key),
             part.triangles,
@@ -288,32 +296,31 @@ def library_of(device: Device, fresh: bool = False) -> ImpostorLibrary:
     return device.attached("fresh impostors" if fresh else "impostors", lambda: ImpostorLibrary(device))
 
 
-def _view(camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples: int) -> View:
+def _view(camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples: int) -> ImpostorView:
     """For whom the impostors are looked at; captures are laid so that the picture's samples fall on theirs."""
     laid = replace(choice.capture, picture_samples=round(samples**0.5))
-    costs = choice.break_even, choice.triangle_ns, choice.pixel_ns
-    return View(camera, size, laid, choice.life, choice.exact, *costs, samples, choice.fresh)
+    return ImpostorView(camera, size, replace(choice, capture=laid), samples)
 
 
-def _known(worn: ImpostorTextures, frame: CaptureFrame, choice: ImpostorChoice) -> ReliefEdges | None:
+def _known(current: ImpostorTextures, frame: CaptureFrame, choice: ImpostorChoice) -> ReliefEdges | None:
     """What the predictors keep of the last capture, where it may serve a new one on `frame`."""
-    edges = worn.edges
+    edges = current.edges
     alike = edges.choice == choice.edges and edges.has_back == choice.back_layer
     return edges if alike and carries(edges, frame) else None
 
 
-def _asked(actions: list[Action], states: Sequence[ImpostorState], sights: Sequence[Seen], choice: ImpostorChoice) -> list[Action]:
+def _asked(actions: list[Action], states: Sequence[ImpostorState], predicted: Sequence[Predicted], choice: ImpostorChoice) -> list[Action]:
     """In manual mode: what the user asked for instead of what the life cycle would renew; what is wrong is still never shown."""
     if choice.mode == "automatic":
         return actions
     out = []
-    for action, state, seen in zip(actions, states, sights, strict=True):
+    for action, state, seen in zip(actions, states, predicted, strict=True):
         wanted = action.key in choice.regenerate or not state.is_captured
-        if wanted and seen.sight.capture_bytes and seen.sight.is_visible and not seen.sight.is_too_fine:
+        if wanted and seen.impostor.capture_bytes and seen.impostor.is_visible and not seen.impostor.is_too_fine:
             out.append(Action(action.key, "regenerated", regenerate=True, reason="asked for"))
         elif action.regenerate:
-            usable = state.is_captured and not state.is_stale and seen.sight.predicted < np.inf
-            usable = usable and seen.sight.tilt_rad <= choice.life.max_tilt_rad
+            usable = state.is_captured and not state.is_stale and seen.impostor.predicted < np.inf
+            usable = usable and seen.impostor.tilt_rad <= choice.life.max_tilt_rad
             out.append(Action(action.key, "warp" if usable else "geometry", reason=action.reason))
         else:
             out.append(action)

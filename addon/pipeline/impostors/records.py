@@ -104,26 +104,19 @@ def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
-    """A sight, the frame that a capture from here would use (None: not worked out, or none is possible), and the predictors by name."""
+class Predicted:
+    """An impostor as viewed, the frame of a capture from here (None: not worked out, or none is possible), the predictors by name."""
 
-    sight: ViewedImpostor
+    impostor: ViewedImpostor
     frame: CaptureFrame | None
     errors: dict[str, float]
 
 
 @dataclass(frozen=True)
-class View:
-    """For whom the impostors are looked at: camera, picture size (w, h), how captures are made, the life's settings; `samples` a
-    pixel; the rest as in `ImpostorChoice`."""
+class ImpostorView:
+    """For whom impostors are predicted: camera, picture size (w, h), what is chosen, and the camera `samples` of a pixel."""
 
     camera: Camera
     size: tuple[int, int]
-    capture: CaptureChoice
-    life: LifeSettings
-    exact: bool
-    break_even: bool
-    triangle_ns: float | None
-    pixel_ns: float | None
+    choice: ImpostorChoice
     samples: int = 1
-    fresh: bool = False

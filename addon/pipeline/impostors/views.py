@@ -18,7 +18,7 @@ from ..device import Device
 from ..passes.gbuffer import GBuffer
 from .capture import ImpostorTextures, capture_bytes
 from .draw import draw_impostor
-from .records import Part, Seen, View
+from .records import ImpostorView, Part, Predicted
 
 MISSING = 1.2
 """A view of the set that is missing counts as an error of this share of the limit: it is captured, and the others are shown meanwhile."""
@@ -103,12 +103,14 @@ class Views:
         self.held.clear()
 
 
-def towards_set(part: Part, seen: Seen, views: Views | None, view: View, per_side: int, drawn: int) -> tuple[Seen, int | None]:
+def towards_set(
+    part: Part, seen: Predicted, views: Views | None, view: ImpostorView, per_side: int, drawn: int
+) -> tuple[Predicted, int | None]:
     """What the life cycle is to decide on for an impostor with `per_side`² directions, and the direction to capture next.
 
     Nothing is predicted: a direction among the `drawn` nearest that is missing must be captured, and none else.
     """
-    if not seen.sight.capture_bytes:
+    if not seen.impostor.capture_bytes:
         return seen, None
     directions, centre = view_directions(per_side), part.bounds_ws.mean(axis=0)
     wanted = nearest_views(directions, view.camera, centre, drawn)
@@ -116,10 +118,10 @@ def towards_set(part: Part, seen: Seen, views: Views | None, view: View, per_sid
     missing = [int(n) for n in wanted if int(n) not in held]
     number = missing[0] if missing else int(wanted[0])
     try:
-        frame = capture_frame(part.hull_ws, view_camera(view.camera, centre, directions[number]), view.size, view.capture)
+        frame = capture_frame(part.hull_ws, view_camera(view.camera, centre, directions[number]), view.size, view.choice.capture)
     except SceneError:
         return seen, None
-    error = view.life.effective_limit * MISSING if missing else 0.0
-    predicted = error if seen.sight.predicted < np.inf else np.inf
-    room = min(capture_bytes(frame) + (views.bytes if views is not None else 0), view.life.memory_bytes)
-    return replace(seen, sight=replace(seen.sight, predicted=predicted, capture_bytes=room), frame=frame), number
+    error = view.choice.life.effective_limit * MISSING if missing else 0.0
+    predicted = error if seen.impostor.predicted < np.inf else np.inf
+    room = min(capture_bytes(frame) + (views.bytes if views is not None else 0), view.choice.life.memory_bytes)
+    return replace(seen, impostor=replace(seen.impostor, predicted=predicted, capture_bytes=room), frame=frame), number

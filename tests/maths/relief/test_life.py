@@ -19,7 +19,7 @@ def _betas(total: float = 0.0, texel: float = 1.0, trans_n: float = 0.0) -> Beta
     return Betas(screen=1.0, trans_p=total, trans_n=trans_n, total=total, texel=texel)
 
 
-def _sight(**changes) -> ViewedImpostor:
+def _impostor(**changes) -> ViewedImpostor:
     return replace(ViewedImpostor(betas=_betas(), predicted=0.0, covered_px=100.0, capture_bytes=10, impostor_cost=1.0), **changes)
 
 
@@ -27,8 +27,8 @@ def _live(key: object = 0, **changes) -> ImpostorState:
     return replace(ImpostorState(key, is_captured=True, stage="warp", bytes=10), **changes)
 
 
-def _one(state: ImpostorState, sight: ViewedImpostor, rules: LifeSettings = RULES) -> Action:
-    return decide([state], [sight], rules)[0]
+def _one(state: ImpostorState, impostor: ViewedImpostor, rules: LifeSettings = RULES) -> Action:
+    return decide([state], [impostor], rules)[0]
 
 
 def test_a_new_impostor_is_captured_then_a_sprite_then_warped_then_renewed():
@@ -36,53 +36,53 @@ def test_a_new_impostor_is_captured_then_a_sprite_then_warped_then_renewed():
     captured_at = 0.0
     for eye in range(9):
         moved = eye - captured_at
-        sight = _sight(betas=_betas(total=0.6 * moved), predicted=0.3 * moved)
-        action = _one(state, sight)
+        impostor = _impostor(betas=_betas(total=0.6 * moved), predicted=0.3 * moved)
+        action = _one(state, impostor)
         stages.append(action.stage)
         captured_at = eye if action.regenerate else captured_at
-        state = advance(state, action, sight)
+        state = advance(state, action, impostor)
     assert stages == ["regenerated", "sprite", "warp", "warp", "regenerated", "sprite", "warp", "warp", "regenerated"]
 
 
 @pytest.mark.parametrize(
-    ("state", "sight"),
+    ("state", "impostor"),
     [
-        (ImpostorState(0), _sight(capture_bytes=0)),
-        (_live(is_stale=True), _sight(capture_bytes=0)),
-        (_live(), _sight(predicted=inf, capture_bytes=0)),
-        (_live(), _sight(predicted=float("nan"), capture_bytes=0)),
-        (_live(), _sight(tilt_rad=0.8, capture_bytes=0)),
-        (_live(), _sight(predicted=2.0, betas=_betas(9.0), capture_bytes=0)),
+        (ImpostorState(0), _impostor(capture_bytes=0)),
+        (_live(is_stale=True), _impostor(capture_bytes=0)),
+        (_live(), _impostor(predicted=inf, capture_bytes=0)),
+        (_live(), _impostor(predicted=float("nan"), capture_bytes=0)),
+        (_live(), _impostor(tilt_rad=0.8, capture_bytes=0)),
+        (_live(), _impostor(predicted=2.0, betas=_betas(9.0), capture_bytes=0)),
     ],
 )
-def test_what_would_be_wrong_and_cannot_be_captured_is_geometry(state, sight):
-    action = _one(state, sight)
+def test_what_would_be_wrong_and_cannot_be_captured_is_geometry(state, impostor):
+    action = _one(state, impostor)
     assert (action.stage, action.regenerate) == ("geometry", False)
     assert action.reason
 
 
 @pytest.mark.parametrize("changes", [{"is_stale": True}, {"is_captured": False}])
 def test_a_stale_or_missing_texture_is_renewed_at_once_or_shown_as_geometry(changes):
-    assert _one(_live(**changes), _sight()).regenerate
-    assert _one(_live(**changes), _sight(), replace(RULES, regenerations=0)).stage == "geometry"
+    assert _one(_live(**changes), _impostor()).regenerate
+    assert _one(_live(**changes), _impostor(), replace(RULES, regenerations=0)).stage == "geometry"
 
 
 def test_what_waits_for_its_turn_is_warped_up_to_the_grace_and_geometry_beyond():
     waiting = replace(RULES, regenerations=0)
-    assert _one(_live(), _sight(betas=_betas(5.0), predicted=1.4), waiting).stage == "warp"
-    assert _one(_live(), _sight(betas=_betas(5.0), predicted=1.6), waiting).stage == "geometry"
+    assert _one(_live(), _impostor(betas=_betas(5.0), predicted=1.4), waiting).stage == "warp"
+    assert _one(_live(), _impostor(betas=_betas(5.0), predicted=1.6), waiting).stage == "geometry"
 
 
 def test_the_sprite_is_left_at_the_limit_and_entered_again_below_it():
-    between = _sight(betas=_betas(total=0.85))
+    between = _impostor(betas=_betas(total=0.85))
     assert _one(_live(stage="sprite"), between).stage == "sprite"
     assert _one(_live(stage="warp"), between).stage == "warp"
-    assert _one(_live(stage="warp"), _sight(betas=_betas(total=0.65))).stage == "sprite"
-    assert _one(_live(stage="sprite"), _sight(betas=_betas(total=1.01))).stage == "warp"
+    assert _one(_live(stage="warp"), _impostor(betas=_betas(total=0.65))).stage == "sprite"
+    assert _one(_live(stage="sprite"), _impostor(betas=_betas(total=1.01))).stage == "warp"
 
 
 def test_coming_near_renews_by_the_texel_or_by_schauflers_angle():
-    coarse, moved = _sight(betas=_betas(texel=1.6)), _sight(betas=_betas(trans_n=1.1))
+    coarse, moved = _impostor(betas=_betas(texel=1.6)), _impostor(betas=_betas(trans_n=1.1))
     assert _one(_live(), coarse).regenerate
     assert not _one(_live(), moved).regenerate
     schaufler = replace(RULES, approach="schaufler")
@@ -91,15 +91,15 @@ def test_coming_near_renews_by_the_texel_or_by_schauflers_angle():
 
 
 def test_geometry_is_drawn_where_it_is_cheaper_with_hysteresis():
-    alike = _sight(geometry_cost=1.0, impostor_cost=1.03)
+    alike = _impostor(geometry_cost=1.0, impostor_cost=1.03)
     assert _one(_live(stage="geometry"), alike).stage == "geometry"
-    assert _one(_live(stage="geometry"), _sight(geometry_cost=1.0, impostor_cost=0.95)).stage == "geometry"
+    assert _one(_live(stage="geometry"), _impostor(geometry_cost=1.0, impostor_cost=0.95)).stage == "geometry"
     assert _one(_live(stage="warp"), alike).stage != "geometry"
-    assert _one(_live(stage="warp"), _sight(geometry_cost=1.0, impostor_cost=1.06)).stage == "geometry"
+    assert _one(_live(stage="warp"), _impostor(geometry_cost=1.0, impostor_cost=1.06)).stage == "geometry"
 
 
 def test_renewal_comes_early_where_more_are_nearly_due_than_a_frame_may_renew():
-    early, due = _sight(betas=_betas(5.0), predicted=0.8), _sight(betas=_betas(5.0), predicted=1.1)
+    early, due = _impostor(betas=_betas(5.0), predicted=0.8), _impostor(betas=_betas(5.0), predicted=1.1)
     wearing = [_live(i, need=0.7) for i in range(3)]
     assert not _one(wearing[0], early).regenerate
     assert [a.regenerate for a in decide(wearing[:2], [early] * 2, RULES)].count(True) == 1
@@ -109,7 +109,7 @@ def test_renewal_comes_early_where_more_are_nearly_due_than_a_frame_may_renew():
 
 
 def test_what_gets_better_by_itself_is_not_renewed_early():
-    nearly = _sight(betas=_betas(5.0), predicted=0.8)
+    nearly = _impostor(betas=_betas(5.0), predicted=0.8)
     assert not any(a.regenerate for a in decide([_live(i, need=0.9) for i in range(3)], [nearly] * 3, RULES))
     unknown = advance(ImpostorState("new"), Action("new", "regenerated", regenerate=True), nearly)
     assert not any(a.regenerate for a in decide([unknown, replace(unknown, key="other")], [nearly] * 2, RULES))
@@ -118,31 +118,31 @@ def test_what_gets_better_by_itself_is_not_renewed_early():
 
 
 def test_the_crossfade_ends_after_its_frames():
-    state, sight, fades, rules = _live(is_stale=True), _sight(), [], replace(RULES, fade_frames=4)
+    state, impostor, fades, rules = _live(is_stale=True), _impostor(), [], replace(RULES, fade_frames=4)
     for _ in range(6):
-        action = _one(state, sight, rules)
+        action = _one(state, impostor, rules)
         fades.append(action.fade)
-        state = advance(state, action, sight)
+        state = advance(state, action, impostor)
     assert fades == pytest.approx([0.2, 0.4, 0.6, 0.8, 1.0, 1.0])
 
 
 def test_hidden_impostors_cost_nothing_and_are_given_up_first():
     states = [_live(0, bytes=600, unseen=3), _live(1, bytes=600), ImpostorState(2)]
-    sights = [_sight(is_visible=False), _sight(covered_px=5.0), _sight(capture_bytes=300)]
-    actions = decide(states, sights, RULES)
+    impostors = [_impostor(is_visible=False), _impostor(covered_px=5.0), _impostor(capture_bytes=300)]
+    actions = decide(states, impostors, RULES)
     assert [a.stage for a in actions] == ["hidden", "sprite", "regenerated"]
     assert [a.evict for a in actions] == [True, False, False]
     assert [a.regenerate for a in actions] == [False, False, True]
-    assert advance(states[0], actions[0], sights[0]) == ImpostorState(0, stage="hidden", unseen=4)
+    assert advance(states[0], actions[0], impostors[0]) == ImpostorState(0, stage="hidden", unseen=4)
 
 
 def test_a_capture_larger_than_the_memory_is_never_made():
-    action = _one(ImpostorState(0), _sight(capture_bytes=2000))
+    action = _one(ImpostorState(0), _impostor(capture_bytes=2000))
     assert (action.stage, action.regenerate, action.evict) == ("geometry", False, False)
 
 
 _SIGHTS = st.builds(
-    _sight,
+    _impostor,
     is_visible=st.booleans(),
     betas=st.builds(_betas, st.floats(0, 3), st.floats(0, 3), st.floats(0, 3)),
     predicted=st.sampled_from([0.0, 0.5, 0.9, 1.2, 3.0, inf]),
@@ -166,32 +166,32 @@ _STATES = st.builds(
 @settings(max_examples=150)
 def test_budgets_hold_and_nothing_wrong_is_shown_whatever_happens(pairs, regenerations):
     rules = replace(RULES, regenerations=regenerations)
-    states, sights = [replace(s, key=i) for i, (s, _) in enumerate(pairs)], [v for _, v in pairs]
-    actions = decide(states, sights, rules)
+    states, impostors = [replace(s, key=i) for i, (s, _) in enumerate(pairs)], [v for _, v in pairs]
+    actions = decide(states, impostors, rules)
     assert [a.key for a in actions] == [s.key for s in states]
     assert sum(a.regenerate for a in actions) <= regenerations
-    after = [advance(*row) for row in zip(states, actions, sights, strict=True)]
+    after = [advance(*row) for row in zip(states, actions, impostors, strict=True)]
     assert sum(s.bytes for s in after) <= rules.memory_bytes
-    for state, sight, action in zip(states, sights, actions, strict=True):
-        assert (action.stage == "hidden") == (not sight.is_visible)
+    for state, impostor, action in zip(states, impostors, actions, strict=True):
+        assert (action.stage == "hidden") == (not impostor.is_visible)
         if action.stage in ("sprite", "warp"):
             assert state.is_captured
             assert not state.is_stale
             assert not action.evict
-            assert sight.predicted < inf
-            assert sight.tilt_rad <= rules.max_tilt_rad
+            assert impostor.predicted < inf
+            assert impostor.tilt_rad <= rules.max_tilt_rad
         if action.regenerate:
-            assert sight.capture_bytes > 0
-            assert sight.is_visible
+            assert impostor.capture_bytes > 0
+            assert impostor.is_visible
 
 
 @given(st.lists(st.tuples(_STATES, _SIGHTS), min_size=2, max_size=8))
 @settings(max_examples=60)
 def test_the_neediest_go_first(pairs):
     states = [replace(s, key=i) for i, (s, _) in enumerate(pairs)]
-    sights = [replace(v, capture_bytes=min(v.capture_bytes, 1)) for _, v in pairs]
-    alone = [_one(s, v, replace(RULES, memory_bytes=10**9)) for s, v in zip(states, sights, strict=True)]
-    together = decide(states, sights, replace(RULES, memory_bytes=10**9))
+    impostors = [replace(v, capture_bytes=min(v.capture_bytes, 1)) for _, v in pairs]
+    alone = [_one(s, v, replace(RULES, memory_bytes=10**9)) for s, v in zip(states, impostors, strict=True)]
+    together = decide(states, impostors, replace(RULES, memory_bytes=10**9))
     assert any(a.regenerate for a in together) == any(a.regenerate for a in alone)
     assert all(b.regenerate for a, b in zip(together, alone, strict=True) if a.regenerate)
 

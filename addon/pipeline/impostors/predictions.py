@@ -22,7 +22,7 @@ from ...maths.view import Camera
 from ..geometry.clusters import frustum_planes, visible
 from .capture import ImpostorTextures, capture_bytes
 from .costs import Costs
-from .records import Part, Seen, View
+from .records import ImpostorView, Part, Predicted
 from .texels import BYTES_PER_TEXEL
 
 TOO_FINE_TILT_RAD = 0.2618
@@ -54,18 +54,18 @@ class _Boxes:
         return np.clip(seen / np.maximum(self.captured, 1e-30), LEAST_SHRUNK, 1.0)
 
 
-class Sights:
-    """Looks at all impostors of a frame. Keeps the stacked textures, the `costs`, and what was found too fine to be captured."""
+class Predictions:
+    """Predicts all impostors of a frame. Keeps the stacked textures, the `costs`, and what was found too fine to be captured."""
 
     def __init__(self) -> None:
         self._stacked: tuple[tuple[bytes, ...], ReliefSet, BoundsSet, _Boxes] | None = None
         self.costs = Costs()
         self._too_fine: dict[Hashable, CaptureFrame] = {}
 
-    def look(
-        self, parts: Sequence[Part], kept: Sequence[ImpostorTextures | None], view: View, ages: Sequence[int] | None = None
-    ) -> list[Seen]:
-        """One `Seen` per part; `kept` are the textures that they have, `ages` the pictures that these have served."""
+    def predict(
+        self, parts: Sequence[Part], kept: Sequence[ImpostorTextures | None], view: ImpostorView, ages: Sequence[int] | None = None
+    ) -> list[Predicted]:
+        """One `Predicted` per part; `kept` are the textures that they have, `ages` the pictures that these have served."""
         live = [i for i, textures in enumerate(kept) if textures is not None and parts[i].triangles]
         errors, betas, tilts, shrunk = self._predicted([(parts[i], kept[i]) for i in live], view)
         places, columns = {i: place for place, i in enumerate(live)}, {name: column.tolist() for name, column in errors.items()}
@@ -76,9 +76,9 @@ class Sights:
         seen, ages = [], ages or [0] * len(parts)
         for i, part in enumerate(parts):
             if not part.triangles or not shown[i]:
-                seen.append(Seen(ViewedImpostor(is_visible=False), None, {}))
+                seen.append(Predicted(ViewedImpostor(is_visible=False), None, {}))
             elif reaches_near[i] and part.is_cut(view.camera):
-                seen.append(Seen(ViewedImpostor(is_cut=True), None, {}))
+                seen.append(Predicted(ViewedImpostor(is_cut=True), None, {}))
             elif i in places and betas[places[i]].total < np.inf:
                 values = {name: column[places[i]] for name, column in columns.items()}
                 turn = float(tilts[places[i]]), float(shrunk[places[i]])
@@ -87,11 +87,11 @@ class Sights:
                 seen.append(self._without_texture(part, view))
         return seen
 
-    def look_at(self, part: Part, textures: ImpostorTextures, view: View) -> Seen:
+    def predict_alone(self, part: Part, textures: ImpostorTextures, view: ImpostorView) -> Predicted:
         """One texture by itself, which need not be one of those kept."""
-        alone = Sights()
+        alone = Predictions()
         alone.costs = self.costs
-        return alone.look([part], [textures], view)[0]
+        return alone.predict([part], [textures], view)[0]
 
     def measure_geometry(self, part: Part, draw: Callable[[np.ndarray], None]) -> None:
         """Time an object's triangles, once for their number. `draw` draws rows of the scene alone and waits for the GPU."""
@@ -107,13 +107,13 @@ class Sights:
         """A capture with this frame showed that the object is finer than its texels."""
         self._too_fine[key] = frame
 
-    def forget(self, key: Hashable) -> None:
+    def drop(self, key: Hashable) -> None:
         """The object is not an impostor any more, or has changed."""
         self._too_fine.pop(key, None)
-        self.costs.forget(key)
+        self.costs.drop(key)
 
     def _predicted(
-        self, live: list[tuple[Part, ImpostorTextures]], view: View
+        self, live: list[tuple[Part, ImpostorTextures]], view: ImpostorView
     ) -> tuple[dict[str, np.ndarray], list, np.ndarray, np.ndarray]:
         """Predictors by name, Betas, tilts and how much smaller they are seen than at capture, of all that have a texture."""
         if not live:
@@ -122,7 +122,7 @@ class Sights:
         if self._stacked is None or not _are(self._stacked[1].members, members) or self._stacked[0] != corners:
             hulls = bounds_set([t.frame for _, t in live], [p.hull_ws for p, _ in live])
             self._stacked = corners, relief_set(members), hulls, _Boxes.of(live)
-        exact = view.exact or view.life.predictor in EXACT
+        exact = view.choice.exact or view.choice.life.predictor in EXACT
         _, textures, hulls, boxes = self._stacked
         errors = predict(textures, view.camera, view.size, exact)
         return errors, *betas_of_set(hulls, view.camera, view.size), boxes.shrunk(view.camera)
@@ -134,32 +134,32 @@ class Sights:
         betas: Betas,
         turn: tuple[float, float],
         values: dict[str, float],
-        view: View,
+        view: ImpostorView,
         age: int,
-    ) -> Seen:
+    ) -> Predicted:
         """What a capture from here would take follows from the texture that is there. `turn`: tilt and how much smaller it is seen."""
-        life, frame, (tilt, shrunk) = view.life, textures.frame, turn
+        life, frame, (tilt, shrunk) = view.choice.life, textures.frame, turn
         texel_px = betas.texel / betas.screen
         predicted, contours, covered = values[life.predictor], textures.edges.contour_share, values["covered_px"]
         if life.predictor in SHARED:
             predicted = share_wrong(predicted / covered, contours, texel_px, tilt, shrunk, life) if 0.0 < covered < np.inf else np.inf
         quad_px = frame.width * frame.height * texel_px**2
-        texels = min(quad_px * view.capture.texels_per_pixel**2, float(view.capture.max_texels) ** 2)
+        texels = min(quad_px * view.choice.capture.texels_per_pixel**2, float(view.choice.capture.max_texels) ** 2)
         costs, room = self.costs.of(part, view, quad_px, texels, age), texels * BYTES_PER_TEXEL
-        sight = ViewedImpostor(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > life.finest)
-        return Seen(sight, None, values)
+        impostor = ViewedImpostor(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > life.finest)
+        return Predicted(impostor, None, values)
 
-    def _without_texture(self, part: Part, view: View) -> Seen:
+    def _without_texture(self, part: Part, view: ImpostorView) -> Predicted:
         """What a capture from here would take, and the costs."""
         try:
-            frame = capture_frame(part.hull_ws, view.camera, view.size, view.capture)
+            frame = capture_frame(part.hull_ws, view.camera, view.size, view.choice.capture)
             room, texels = capture_bytes(frame), frame.width * frame.height
         except SceneError:
             frame, room, texels = None, 0, 0
         too_fine = self._is_too_fine(part.group.key, frame, view.camera)
-        covered = texels / view.capture.texels_per_pixel**2
+        covered = texels / view.choice.capture.texels_per_pixel**2
         costs = self.costs.of(part, view, covered, texels, 0)
-        return Seen(ViewedImpostor(True, None, np.inf, 0.0, covered, room, *costs, is_too_fine=too_fine), frame, {})
+        return Predicted(ViewedImpostor(True, None, np.inf, 0.0, covered, room, *costs, is_too_fine=too_fine), frame, {})
 
     def _is_too_fine(self, key: Hashable, frame: CaptureFrame | None, camera: Camera) -> bool:
         before = self._too_fine.get(key)
