@@ -17,8 +17,8 @@ from addon.studies.run import run
 from benchmarks.impostor_films import SETTINGS, whole
 from benchmarks.impostor_stage import Stage, ball_scene
 
-SIDE, FRAMES, STEP_DEG = 256, 8, 0.5
-RINGS = 50, 250, 700
+SIDE, FRAMES, STEP_DEG = 256, 5, 0.5
+RINGS = 50, 250, 500
 LIT = SETTINGS.replaced(shading={"samples": 4}, test={"kind": "triangle"})
 
 

@@ -136,8 +136,9 @@ def _rest(rows: list[dict]) -> str:
 
 
 def _pictures(rows: list[dict]) -> str:
+    lit = "with" if all(row.get("drawn") == DRAWN for row in rows) else "without"
     parts = [
-        "## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, with shadows; medians over the models. PSNR and SSIM over the "
+        f"## Pictures\n\n240² pixels, 4 × 4 samples, two texels a pixel, {lit} shadows; medians over the models. PSNR and SSIM over the "
         "union of the silhouettes. Two captures: the eye in the middle between them, each that angle away."
     ]
     for radii in sorted({r["radii"] for r in rows}):

@@ -15,7 +15,7 @@ from .records import ImpostorView, Part
 
 START_PIXEL_NS = 150.0
 """What an impostor's pixel is taken to cost until one was measured."""
-FOLLOWED = 7.0
+FOLLOWED = 12.0
 """Shading an impostor's pixel takes so many times its drawing longer than shading geometry: the triangle that its ray meets is looked for
 (`common_triangle_met.glsl`; a dense ball, software rasteriser)."""
 START_TEXEL_NS = 600.0
