@@ -24,7 +24,7 @@ def test_compare_counts_and_shows_the_differences(extension, cube_scene, blend, 
 
 def test_the_operator_finds_what_the_command_finds(extension, cube_scene, blend, tmp_path):
     room = lambda name: importlib.import_module(f"{extension.__name__}.{name}")  # noqa: E731
-    cube_scene.cad_shadow.map_size, cube_scene.cad_shadow.partition = 32, "none"
+    cube_scene.cad_shadow.map_size, cube_scene.cad_shadow.partition, cube_scene.cad_shadow.test = 32, "none", "depth"  # which errs
     file, folder = tmp_path / "cube.blend", tmp_path / "out"
     blend.ops.wm.save_as_mainfile(filepath=str(file))
     assert blend.ops.cad_shadow.compare() == {"FINISHED"}

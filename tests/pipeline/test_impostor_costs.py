@@ -12,7 +12,8 @@ PIXELS, TEXELS = 50_000.0, 200_000.0
 
 
 def view(samples=1, fresh=False, triangle_ns=None, pixel_ns=None, break_even=True):
-    return SimpleNamespace(samples=samples, fresh=fresh, triangle_ns=triangle_ns, pixel_ns=pixel_ns, break_even=break_even)
+    choice = SimpleNamespace(fresh=fresh, triangle_ns=triangle_ns, pixel_ns=pixel_ns, break_even=break_even)
+    return SimpleNamespace(samples=samples, choice=choice)
 
 
 def part(triangles=100_000):
