@@ -1,5 +1,6 @@
 """Small parts on grounds of any size against exact truth: a subset of `benchmarks.scale`, and the same without the mends."""
 
+from contextlib import closing
 from math import inf
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 pytest.importorskip("bpy")
 from addon.maths.shadow import crop, cut  # noqa: E402
+from addon.pipeline.gl.context import GpuWorker  # noqa: E402
 from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer  # noqa: E402
 from addon.scene.local_origin import FARTHEST, based_near, nearest_m  # noqa: E402
@@ -38,8 +40,10 @@ def test_shadows_are_right_whatever_the_size_of_the_ground(renderer, number):
 def test_without_cutting_the_report_warns_of_what_then_fails(monkeypatch, number):
     monkeypatch.setattr(cut, "LARGE", inf)
     monkeypatch.setattr(crop, "HIGHEST", inf)
-    case, renderer = scale_scene(number), Renderer()
-    frame = run(Job(case.scene, case.camera, case.light, METHODS["defaults"], SIZE, ("combined", "shadow")), on=renderer).frame
+    case = scale_scene(number)
+    with closing(GpuWorker()) as worker:  # of its own: what was drawn with the mends is not drawn again
+        job = Job(case.scene, case.camera, case.light, METHODS["defaults"], SIZE, ("combined", "shadow"))
+        frame = run(job, on=Renderer(worker)).frame
     truth = case.heap.truth(case.camera, case.light, SIZE)
     wrong = np.mean((truth.lit != (frame.passes["shadow"] > 0.5)) & truth.lit_facing)
     assert wrong > 0.05
