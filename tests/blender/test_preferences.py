@@ -47,7 +47,7 @@ def test_a_process_of_its_own_makes_the_same_picture_and_ends_with_the_choice(pr
 def test_the_memory_limit_is_said_to_the_user(preferences, cube_scene, blend):
     preferences.memory_mib = 1
     cube_scene.cad_shadow.map_size = 2048
-    with pytest.raises(RuntimeError, match="64 MiB of graphics memory, more than the 1 MiB allowed: lower Map Size"):
+    with pytest.raises(RuntimeError, match="192 MiB of graphics memory, more than the 1 MiB allowed: lower Map Size"):
         blend.ops.cad_shadow.preview()
 
 
