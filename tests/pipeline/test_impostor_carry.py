@@ -21,7 +21,7 @@ from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 SCENE = scenes.scene_of(*PARTS)
 ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), break_even=False)
 CHEAP = Settings().replaced(fit={"kind": "scene", "size": 64}, partition={"kind": "none"})
-NEARER = [orbit(0.3, distance) for distance in 16.0 * 0.94 ** np.arange(24.0)]
+NEARER = [orbit(0.3, distance) for distance in 16.0 * 0.94 ** np.arange(32.0)]
 ONE_TEXEL = replace(ALL, capture=replace(ALL.capture, texels_per_pixel=1.0))
 
 

@@ -170,7 +170,7 @@ class Deaf(io.BytesIO):
 
 
 def test_a_server_that_nobody_listens_to_does_not_fail():
-    Server(Deaf())._tell(0, "progress", (0.5, "shade"))
+    Server(Deaf())._report(0, "progress", (0.5, "shade"))
 
 
 def test_close_ends_the_process_and_its_threads(remote):

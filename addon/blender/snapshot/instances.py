@@ -179,7 +179,7 @@ class InstanceLoop:
         kind = len(self.rows.kinds)
         materials = [self.override] if self.override else list(data.materials)
         followed = [self._followed(material) for material in materials]
-        self.rows.kinds.append(Kind(number, tuple(one.paint for one in followed) or (Paint(),)))
+        self.rows.kinds.append(Kind(number, tuple(one.paint for one in followed) or (paint_of(None).paint,)))
         if any(one.asks for one in followed):
             self._asking.add(kind)
         if materials and not self.override:
