@@ -26,7 +26,7 @@ SUN = scenes.sun(50.0)
 FLOOR = scenes.floor(3.0)
 SCENE = scenes.scene_of(*PARTS, FLOOR)
 ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), break_even=False)
-CHEAP = Settings().replaced(fit={"kind": "scene", "size": 256}, partition={"kind": "none"})
+CHEAP = Settings().replaced(test={"kind": "depth"}, fit={"kind": "scene", "size": 256}, partition={"kind": "none"})
 
 
 @pytest.fixture
