@@ -33,6 +33,9 @@ TOO_FINE_TEXELS = 0.7
 LEAST_SHRUNK = 0.05
 """Seen this much less than at capture, the bounds say nothing more of the object."""
 
+LEAST_NS = 1e3
+"""A draw that seems to take less has been lost in what else the machine did."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Boxes:
@@ -97,7 +100,7 @@ class Predictions:
         """Time an object's triangles, once for their number. `draw` draws rows of the scene alone and waits for the GPU."""
         if not self.costs.knows_geometry(part):
             empty = _nanoseconds(lambda: draw(np.zeros_like(part.rows)))
-            self.costs.geometry(part, max(0.0, _nanoseconds(lambda: draw(part.rows)) - empty))
+            self.costs.geometry(part, max(LEAST_NS, _nanoseconds(lambda: draw(part.rows)) - empty))
 
     def measure_impostor(self, covered_px: float, draw: Callable[[], None]) -> None:
         """Time the drawing of an impostor that covers so many pixels. `draw` waits for the GPU."""
