@@ -124,12 +124,11 @@ class _Child:
 
     def _read(self) -> None:
         try:
-            while (message := receive(self.process.stdout, PEER)) is not None:
-                self._take(*message)
+            with suppress(OSError, EOFError):  # it has ended
+                while (message := receive(self.process.stdout, PEER)) is not None:
+                    self._take(*message)
         except UnpicklingError:  # it says what no message may
             self.process.kill()
-        except (OSError, EOFError):  # it has ended
-            pass
         self.process.stdout.close()
         code = self.process.wait()
         with self._lock:

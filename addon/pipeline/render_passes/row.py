@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...images.passes import id_colors
 from ..job import Job
 
 
@@ -90,3 +91,20 @@ def floats(channels: str) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
 def numbers(image: np.ndarray) -> dict[str, np.ndarray]:
     """Ids from −1 as an EXR channel: unsigned, one higher, so that 0 is nothing."""
     return {"Y": (image + 1).astype(np.uint32)}
+
+
+def author_index(kind: str, place: int, old_name: str, index_of: Callable[[ShadedImages], np.ndarray]) -> RenderPass:
+    """The pass of the index an author gave the `kind`, 'object' or 'material', that is seen: `index_of` what is seen, 0 for nothing."""
+    array = f"{kind}_index"
+    return RenderPass(
+        name=f"{kind}-index",
+        place=place,
+        array=array,
+        shape="(h, w)",
+        text=f"Blender's Pass Index of the {kind} seen; 0 where there is none",
+        make=lambda shaded: index_of(shaded).astype(np.float32),
+        picture=lambda passes: id_colors(passes[array].astype(np.int32) - 1),
+        channels=floats("Y"),
+        blender=BlenderPass(f"{kind.title()} Index", "X", "VALUE", place, flag=f"use_pass_{array}", old_name=old_name),
+        is_usual=False,
+    )

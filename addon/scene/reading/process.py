@@ -15,6 +15,7 @@ from . import wire
 from .limits import Limits
 
 LIBRARIES = ("numpy", "cascadio")
+MOST_SAID = 1 << 20
 KEPT_BYTES = 64 << 20  # a process that has sent more is ended: Python hands little memory back
 
 
@@ -44,7 +45,7 @@ class ReaderProcess:
         except (EOFError, OSError, ValueError, KeyError, TypeError, MemoryError):
             answer = None
         self._said.seek(before)
-        return answer, self._said.read(wire.MOST_SAID)
+        return answer, self._said.read(MOST_SAID)
 
     @property
     def is_alive(self) -> bool:

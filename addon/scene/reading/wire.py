@@ -15,7 +15,7 @@ import numpy as np
 from .. import cad_model
 
 _LENGTH = struct.Struct("<Q")
-MOST_HEAD, MOST_SAID = 1 << 31, 1 << 20
+MOST_HEAD = 1 << 31
 RECORDS = {name: kind for name, kind in vars(cad_model).items() if dataclasses.is_dataclass(kind) and isinstance(kind, type)}
 
 
