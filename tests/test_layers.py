@@ -34,7 +34,7 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
     "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
-    "addon/maths": "domains tables < spaces partitioning < warping < choices < sun < view < frusta nearest relief"
+    "addon/maths": "directions domains tables < sky spaces partitioning < warping < choices < sun < view < frusta nearest relief"
     " < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
