@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from addon.errors import SettingsError
 from addon.maths.directions import sphere_directions
 from addon.maths.sky import SKY_TYPES, sky_luminance
-from tests.margins import agree, at_most
+from tests.margins import agree
 
 skies = st.sampled_from(sorted(SKY_TYPES))
 
