@@ -19,7 +19,7 @@ from ..scene.reading import limits
 from ..settings.groups import Settings
 
 LOGGER = logging.getLogger(__package__.removesuffix(".studies"))
-LIBRARIES = ("moderngl", "glcontext", "trimesh", "fast-simplification", "cascadio")
+LIBRARIES = ("moderngl", "glcontext", "trimesh", "fast-simplification", "cascadio", "DracoPy")
 KEPT = 20
 _PATH = re.compile(r"(?:[A-Za-z]:)?(?:[\\/]+[^\\/\s:'\"]+){2,}|~[\\/]\S+")
 

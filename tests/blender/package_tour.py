@@ -12,7 +12,7 @@ from pathlib import Path
 import bpy
 from inventory import MODULE, difference, inventory, site_folder  # beside this file
 
-BUNDLED = ("moderngl", "glcontext", "trimesh", "fast_simplification", "cascadio")
+BUNDLED = ("moderngl", "glcontext", "trimesh", "fast_simplification", "cascadio", "DracoPy")
 
 commands = {}
 real_register, real_unregister = bpy.utils.register_cli_command, bpy.utils.unregister_cli_command

@@ -104,7 +104,7 @@ def test_every_wheel_is_there_for_both_supported_pythons(package):
     with zipfile.ZipFile(package) as archive:
         wheels = [Path(name).name for name in archive.namelist() if name.endswith(".whl")]
     distributions = {name.split("-")[0] for name in wheels}
-    assert distributions == {"moderngl", "glcontext", "trimesh", "fast_simplification", "cascadio", "tqdm"}
+    assert distributions == {"moderngl", "glcontext", "trimesh", "fast_simplification", "cascadio", "dracopy", "tqdm"}
     for distribution in distributions - {"trimesh", "tqdm"}:
         tags = {name.split("-")[2] for name in wheels if name.startswith(distribution)}
         assert "cp311" in tags

@@ -240,31 +240,13 @@ def test_what_is_left_out_is_counted_and_named(tmp_path):
     assert "(Steel)" in text
 
 
-@pytest.mark.parametrize(
-    ("extension", "words"),
-    [
-        ("KHR_draco_mesh_compression", "Draco"),
-        ("EXT_meshopt_compression", "meshopt"),
-        ("KHR_gaussian_splatting", "requires the glTF extension KHR_gaussian_splatting"),
-        ("VENDOR_unheard_of", "VENDOR_unheard_of"),
-    ],
-)
+@pytest.mark.parametrize("extension", ["KHR_gaussian_splatting", "VENDOR_unheard_of"])
 @pytest.mark.parametrize("is_required", [True, False])
-def test_what_cannot_be_read_is_refused_by_name_unless_it_can_be_done_without(tmp_path, extension, words, is_required):
+def test_what_is_not_known_is_refused_by_name_unless_it_can_be_done_without(tmp_path, extension, is_required):
     gltf = one_box(extensionsUsed=[extension], **({"extensionsRequired": [extension]} if is_required else {}))
-    document = gltf.document
-    if "draco" in extension:
-        document["meshes"][0]["primitives"][0]["extensions"] = {extension: {"bufferView": 0, "attributes": {"POSITION": 0}}}
-        for accessor in document["accessors"]:
-            del accessor["bufferView"]
-    if "meshopt" in extension:
-        for view in document["bufferViews"]:
-            view["extensions"] = {extension: {"buffer": 0, "byteLength": 1, "byteStride": 12, "count": 8, "mode": "ATTRIBUTES"}}
-        document["buffers"] = [{"byteLength": len(gltf.blob), "extensions": {extension: {"fallback": True}}}]
-    if is_required or "compression" in extension:
-        with pytest.raises(CadFileError, match=words) as caught:
+    if is_required:
+        with pytest.raises(CadFileError, match=f"requires the glTF extension {extension}.* without"):
             read(tmp_path, gltf)
-        assert "without" in str(caught.value)
     else:
         assert read(tmp_path, gltf).triangle_count == 12
 

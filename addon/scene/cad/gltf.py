@@ -13,15 +13,15 @@ from ...errors import CadFileError
 from ..cad_model import CadCamera, CadLight
 from ..plain_text import shown_name
 from .cad_format import CadFormat, starts, starts_text
-from .gltf_document import Document, picked
+from .gltf_document import MESHOPT, Document, picked
 from .gltf_look import SPEC_GLOSS, cameras_of, lights_of, materials_of
-from .gltf_primitives import COMPRESSIONS, Primitives, compressed_message
+from .gltf_primitives import DRACO, Primitives
 from .losses import Losses
 from .raw import RawFile, RawNode
 
 INSTANCING = "EXT_mesh_gpu_instancing"
 KNOWN = {
-    *COMPRESSIONS, INSTANCING, SPEC_GLOSS, "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_node_visibility", "CESIUM_RTC",
+    DRACO, *MESHOPT, INSTANCING, SPEC_GLOSS, "KHR_lights_punctual", "KHR_mesh_quantization", "KHR_node_visibility", "CESIUM_RTC",
     "KHR_animation_pointer", "KHR_xmp_json_ld", "EXT_mesh_features", "EXT_structural_metadata", "FB_ngon_encoding",
     "CESIUM_primitive_outline",
 }  # fmt: skip
@@ -57,9 +57,6 @@ def _refuse_unknown(document: Document) -> None:
         raise CadFileError(
             f"{document.path.name} requires the glTF extension {names}, which this program does not know: export without it."
         )
-    if required and not document.entries("meshes"):
-        for name in set(required) & set(COMPRESSIONS):
-            raise CadFileError(compressed_message(document.path.name, name, COMPRESSIONS[name]))
 
 
 class _Tree:

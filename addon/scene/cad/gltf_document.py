@@ -15,10 +15,13 @@ from urllib.parse import unquote_to_bytes
 import numpy as np
 
 from ...errors import CadFileError
+from . import meshopt
 from .companions import Buffers
+from .meshopt_filters import filtered
 
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 MOST_ZEROS = 1 << 24  # values of an accessor that names no bytes
 BOM = b"\xef\xbb\xbf"
 
@@ -36,6 +39,7 @@ class Document:
         self._companions = Buffers(path, self.header)
         self._entries: dict[tuple[str, ...], list] = {}
         self._buffers: dict[int, memoryview] = {}
+        self._unpacked: dict[int, memoryview] = {}
         self._arrays: dict[int, np.ndarray] = {}
 
     def _chunks(self, data: bytes) -> bytes:
@@ -88,16 +92,29 @@ class Document:
     def view(self, index: int) -> tuple[memoryview, int]:
         """The bytes of a buffer view, and its stride (0: packed)."""
         view = self.entry("bufferViews", index)
+        packed = next((view["extensions"][name] for name in MESHOPT if name in view.get("extensions", {})), None)
+        if packed is None:
+            return self._slice(view, index), view.get("byteStride", 0)
+        if index not in self._unpacked:
+            self._unpacked[index] = _unpacked(packed, bytes(self._slice(packed, index)))
+        return self._unpacked[index], view.get("byteStride", 0)
+
+    def _slice(self, view: dict, index: int) -> memoryview:
         buffer, start, length = self.buffer(view["buffer"]), view.get("byteOffset", 0), view["byteLength"]
         if not 0 <= start <= start + length <= len(buffer):
             raise ValueError(f"bufferView {index} lies outside its buffer of {len(buffer):,} bytes")
-        return buffer[start : start + length], view.get("byteStride", 0)
+        return buffer[start : start + length]
 
     def numbers(self, index: int) -> np.ndarray:
         """(N,) or (N, k) the values of an accessor: integers as they are, normalized ones and floats as float32 (§3.6.2.2)."""
         if index not in self._arrays:
             self._arrays[index] = self._read(self.entry("accessors", index))
         return self._arrays[index]
+
+    def provide(self, index: int, values: np.ndarray) -> None:
+        """Let these be the values of an accessor, (N,) or (N, k) as stored."""
+        is_parts = self.entry("accessors", index).get("normalized") and values.dtype.kind in "iu"
+        self._arrays[index] = unit_range(values) if is_parts else values
 
     def _read(self, accessor: dict) -> np.ndarray:
         dtype, width, count = np.dtype(COMPONENTS[accessor["componentType"]]), WIDTHS[accessor["type"]], int(accessor["count"])
@@ -130,6 +147,15 @@ class Document:
         out = values.copy()
         out[at] = self._table(rows["bufferView"], rows.get("byteOffset", 0), dtype, count, width)
         return out
+
+
+def _unpacked(packed: dict, data: bytes) -> memoryview:
+    """The bytes of a view that is compressed with meshopt, as its extension says."""
+    mode, count, stride = packed["mode"], int(packed["count"]), int(packed["byteStride"])
+    if mode == "ATTRIBUTES":
+        return memoryview(filtered(meshopt.attributes(data, count, stride), packed.get("filter", "NONE")).tobytes())
+    decode = {"TRIANGLES": meshopt.triangles, "INDICES": meshopt.indices}[mode]
+    return memoryview(decode(data, count).astype({2: "<u2", 4: "<u4"}[stride]).tobytes())
 
 
 def picked(array: list, index: object, what: str) -> Any:

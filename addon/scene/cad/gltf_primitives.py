@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...errors import CadFileError
+from . import draco
 from .gltf_document import Document, unit_range
 from .gltf_look import transformed_uvs
 from .losses import Losses
 from .raw import RawPiece
 
 POINTS, TRIANGLES, STRIP, FAN = 0, 4, 5, 6
-COMPRESSIONS = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": "meshopt", "KHR_meshopt_compression": "meshopt"}
+DRACO = "KHR_draco_mesh_compression"
 
 
 class Primitives:
@@ -32,24 +32,24 @@ class Primitives:
             self._losses.add("cloud{s} of points" if mode == POINTS else "set{s} of lines", name)
             return None
         targets = primitive.get("targets", []) if any(mesh.get("weights", ())) else []
-        key = (mode, primitive.get("indices"), primitive.get("material"), tuple(sorted(attributes.items())), repr(targets))
+        packed = primitive.get("extensions", {}).get(DRACO)
+        key = (mode, primitive.get("indices"), primitive.get("material"), tuple(sorted(attributes.items())), repr(targets), repr(packed))
         if key not in self._made:
-            self._refuse_compressed(primitive, attributes["POSITION"])
+            is_decoded = packed is not None and self._decode(packed, primitive, attributes)
+            mode = TRIANGLES if is_decoded else mode
             self._made[key] = self._read(primitive, mode, attributes, list(zip(mesh.get("weights", ()), targets, strict=False)))
         return self._made[key]
 
-    def _refuse_compressed(self, primitive: dict, position: int) -> None:
-        accessor = self._document.entry("accessors", position)
-        view = self._document.entry("bufferViews", accessor["bufferView"]) if "bufferView" in accessor else {}
-        for extension, title in COMPRESSIONS.items():
-            is_only_form = extension in view.get("extensions", {}) and not self._has_fallback(view)
-            if is_only_form or (extension in primitive.get("extensions", {}) and "bufferView" not in accessor):
-                raise CadFileError(compressed_message(self._document.path.name, extension, title))
-
-    def _has_fallback(self, view: dict) -> bool:
-        buffer = self._document.entry("buffers", view["buffer"])
-        is_marked = any(extension in buffer.get("extensions", {}) for extension in COMPRESSIONS)
-        return "uri" in buffer or (view["buffer"] == 0 and not is_marked)
+    def _decode(self, packed: dict, primitive: dict, attributes: dict) -> bool:
+        """Give the accessors of a primitive what stands in its Draco stream, a list of triangles; whether nothing else has it."""
+        if "bufferView" in self._document.entry("accessors", attributes["POSITION"]):
+            return False
+        data, _ = self._document.view(packed["bufferView"])
+        for name, values in draco.decoded(bytes(data), packed["attributes"], self._document.path.name).items():
+            accessor = primitive.get("indices") if name == draco.INDICES else attributes.get(name)
+            if accessor is not None:
+                self._document.provide(accessor, values)
+        return True
 
     def _read(self, primitive: dict, mode: int, attributes: dict, targets: list[tuple[float, dict]]) -> RawPiece:
         numbers = self._document.numbers
@@ -105,14 +105,6 @@ class Primitives:
     def _is_plain(self, index: int) -> bool:
         """Whether KHR_mesh_quantization's integers count themselves, not parts of the largest."""
         return not self._document.entry("accessors", index).get("normalized", False)
-
-
-def compressed_message(file: str, extension: str, title: str) -> str:
-    """What to do with a compressed file."""
-    return (
-        f"{file} is compressed with {title} ({extension}), which this program cannot read: export it without compression, "
-        f"or import it with Blender's own glTF importer."
-    )
 
 
 def _rows(values: np.ndarray, width: int) -> np.ndarray:
