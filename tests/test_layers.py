@@ -34,23 +34,23 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
     "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
-    "addon/maths": "directions domains tables < sky spaces partitioning < warping < choices < sun < view < frusta nearest relief"
+    "addon/maths": "directions domains tables < sky spaces partitioning < light_set warping < choices < sun < view < frusta nearest relief"
     " < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space fit_view partitions projection spacing warps < crop cut faces lookup slices strength < lamps < fit"
-    " < __init__",
+    " < light_set_plan < __init__",
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
-    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < overlay render_passes < renderer"
-    " < timing < bake bare_passes remote < __init__",
+    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < reach overlay render_passes < renderer"
+    " < timing < bake bare_passes reach_tasks remote < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < costs tiles < capture < ahead draw predictions < views < life < shadows < __init__",
     "addon/pipeline/passes": "fill large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
-    " < shadow < caps edges shade < samples < __init__",
+    " < shadow < caps edges reach_sums shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view ground"

@@ -21,13 +21,14 @@ from .gl.programs import Programs
 from .passes.edges import EdgeTarget
 from .passes.gbuffer import GBuffer
 from .passes.large_receivers import STEPS, LargePlanes, large_planes
+from .passes.reach_sums import ReachSums, SurfacePlaces
 from .passes.samples import Mean
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps
 
 PLAIN = ShadowTestChoice()
 _PICTURE = "a picture of this size", "choose a smaller one"
-_WANTED = {"shadow": ("these shadow maps", "lower Map Size or Partitions")}
+_WANTED = dict.fromkeys(("shadow", "reach shadow"), ("these shadow maps", "lower Map Size or Partitions"))
 
 Attached = TypeVar("Attached")
 
@@ -62,6 +63,19 @@ class Device:
     def mean(self, size: tuple[int, int]) -> Mean:
         """The picture that samples are added up in."""
         return self._keep("mean", size, lambda: Mean(self.context, size))
+
+    def reach_maps(self, size: int, layers: int, test: ShadowTestChoice) -> ShadowMaps:
+        """The maps of many lights that are there at once, beside those of a picture's own light."""
+        key = (size, layers, test.kind, test.depths, test.has_outlines)
+        return self._keep("reach shadow", key, lambda: ShadowMaps(self.context, size, layers, test))
+
+    def surface_places(self, size: tuple[int, int]) -> SurfacePlaces:
+        """The receivers that many lights are counted at."""
+        return self._keep("places", size, lambda: SurfacePlaces(self.context, size))
+
+    def reach_sums(self, size: tuple[int, int]) -> ReachSums:
+        """The sums over many lights."""
+        return self._keep("reach sums", size, lambda: ReachSums(self.context, size))
 
     def edge_target(self, size: tuple[int, int]) -> EdgeTarget:
         """The targets of feature edges of that size."""

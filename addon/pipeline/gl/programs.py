@@ -53,6 +53,9 @@ SAMPLER_UNITS = {
     "u_lines": 31,
     "u_line_depth": 32,
     "u_coverage": 33,
+    "u_places": 34,
+    "u_planes": 35,
+    "u_sky_sums": 36,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 
