@@ -10,8 +10,9 @@ import numpy as np
 
 from addon.maths.relief.beta import betas
 from addon.maths.relief.frame import capture_frame
-from addon.maths.relief.life import LifeSettings
+from addon.maths.relief.life import LifeModel
 from addon.maths.relief.picture import psnr_db
+from addon.maths.relief.settings import CASTERS, USUAL, ImpostorSettings
 from addon.maths.view import Camera
 from addon.pipeline.device import device_of
 from addon.pipeline.frame import ImpostorReport
@@ -20,7 +21,7 @@ from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
 from addon.pipeline.renderer import Renderer
 from addon.scene.records import Instances, Mesh, Scene
-from addon.settings.groups import IMPOSTOR_CASTERS, Settings
+from addon.settings.groups import Settings
 from addon.studies.run import run
 from benchmarks.impostor_stage import Stage, load
 
@@ -28,13 +29,13 @@ SIDE, MAP = 192, 1024
 RESTED = ("depth", "id-depth", "triangle")
 REST_EYES = (30, 20, 8.0), (120, 40, 5.0), (200, 50, 4.0), (290, 10, 12.0)
 """Azimuth and elevation in degrees, distance in radii."""
-SPRITE_ONLY = LifeSettings(limit=1e-6, waiting=1e9, sprite_px=1.0, ahead=0.0)
+SPRITE_ONLY = ImpostorSettings(limit=1e-6, sprite_px=1.0, ahead=0.0), LifeModel(waiting=1e9)
 LIVES = {
     "sprite only": SPRITE_ONLY,
-    "edge_fast_px": LifeSettings(),
-    "edge_fast_px, captured from the eye": LifeSettings(ahead=0.0),
-    "edge_fast_px, sprites up to a pixel (RI)": LifeSettings(sprite_px=1.0),
-} | {p: LifeSettings(predictor=p) for p in ("critical", "regions_sum", "regions_max_px")}
+    "edge_fast_px": (USUAL,),
+    "edge_fast_px, captured from the eye": (ImpostorSettings(ahead=0.0),),
+    "edge_fast_px, sprites up to a pixel (RI)": (ImpostorSettings(sprite_px=1.0),),
+} | {p: (ImpostorSettings(predictor=p),) for p in ("critical", "regions_sum", "regions_max_px")}
 SETTINGS = Settings().replaced(fit={"kind": "scene", "size": MAP}, partition={"kind": "none"}, shading={"samples": 1})
 
 
@@ -100,18 +101,17 @@ def truth(renderer: Renderer, name: str, path: Orbit) -> Film:
     return filmed(renderer, load(name), path.cameras(Stage(None, load(name))), None)
 
 
-def whole(scene: Scene, life: LifeSettings | None = None, casters: str = "geometry") -> ImpostorChoice:
+def whole(scene: Scene, settings: ImpostorSettings = USUAL, model: LifeModel | None = None) -> ImpostorChoice:
     """All of a model as one impostor, however cheap its geometry is; two texels a pixel, as a pixel has 2 × 2 samples."""
     group = ImpostorGroup("model", tuple(range(len(scene.object_names))))
-    choice = ImpostorChoice((group,), life=life or LifeSettings(), break_even=False, casters=casters)
-    return replace(choice, capture=replace(choice.capture, texels_per_pixel=1.0))
+    return ImpostorChoice((group,), replace(settings, break_even=False, texels_per_pixel=1.0), model or LifeModel())
 
 
-def lived(renderer: Renderer, name: str, path: Orbit, life: LifeSettings) -> dict:
+def lived(renderer: Renderer, name: str, path: Orbit, *life: ImpostorSettings | LifeModel) -> dict:
     """One orbit under one life cycle: captures, quality, jumps at renewals."""
     scene, real = load(name), truth(renderer, name, path)
     stage = Stage(None, scene)
-    shown = filmed(renderer, scene, path.cameras(stage), whole(scene, life))
+    shown = filmed(renderer, scene, path.cameras(stage), whole(scene, *life))
     quality = shown.quality_db(real)
     jumps, true_jumps = shown.differences(), real.differences()
     renewed = np.array([s == "regenerated" for s in shown.stages[1:]])
@@ -133,23 +133,23 @@ def lived(renderer: Renderer, name: str, path: Orbit, life: LifeSettings) -> dic
 
 def orbit(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """The default life cycle round one model."""
-    return [lived(renderer, name, Orbit(degrees), LifeSettings())]
+    return [lived(renderer, name, Orbit(degrees))]
 
 
 def elsewhere(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """The same on the first quarter of a path that no constant was chosen by: nearer and from higher up."""
-    return [lived(renderer, name, Orbit(degrees // 4, 50.0, 5.0), LifeSettings())]
+    return [lived(renderer, name, Orbit(degrees // 4, 50.0, 5.0))]
 
 
 def life(renderer: Renderer, name: str, degrees: int) -> list[dict]:
     """The first third of an orbit per life cycle."""
-    return [lived(renderer, name, Orbit(degrees // 3), rules) | {"way": way} for way, rules in LIVES.items()]
+    return [lived(renderer, name, Orbit(degrees // 3), *rules) | {"way": way} for way, rules in LIVES.items()]
 
 
 def rest(renderer: Renderer, name: str) -> list[dict]:
     """Pictures at the capture's own eye, with shadows, by test: also of a model finer than its texels, which would be geometry."""
     scene, rows = load(name), []
-    stage, always = Stage(None, scene), whole(scene, LifeSettings(finest=float("inf")))
+    stage, always = Stage(None, scene), whole(scene, model=LifeModel(finest=float("inf")))
     for test in RESTED:
         settings = SETTINGS.replaced(test={"kind": test})
         for azimuth, elevation, radii in REST_EYES:
@@ -194,7 +194,7 @@ def shadows(renderer: Renderer, name: str) -> list[dict]:
     scene, stage, rows = on_a_floor(bare), Stage(None, bare), []
     for angle in (30, 120, 210, 300):
         camera, seen = stage.camera(angle, 40, 5.0), {}
-        for casters in IMPOSTOR_CASTERS:
+        for casters in CASTERS:
             frame = run(
                 Job(
                     scene,
@@ -204,7 +204,7 @@ def shadows(renderer: Renderer, name: str) -> list[dict]:
                     (2 * SIDE, 2 * SIDE),
                     ("shadow", "object"),
                     measure=False,
-                    impostors=whole(bare, casters=casters),
+                    impostors=whole(bare, ImpostorSettings(casters=casters)),
                 ),
                 on=renderer,
             ).frame

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from addon.maths.relief.picture import psnr_db
+from addon.maths.relief.settings import USUAL
 from addon.maths.view import Camera
 from addon.pipeline.device import device_of
 from addon.pipeline.frame import Frame
@@ -38,7 +39,7 @@ def limits(renderer: Renderer, name: str) -> list[dict]:
     """A row for every frame in which the model is drawn as an impostor, and one a path for how often it was not."""
     scene, rows = load(name), []
     stage = Stage(None, scene)
-    choice = replace(whole(scene), capture=ImpostorChoice().capture)
+    choice = replace(whole(scene), settings=replace(USUAL, break_even=False))
     for path, cameras in paths(stage).items():
         renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).release())
         for index, camera in enumerate(cameras):

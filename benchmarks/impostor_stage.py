@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from addon.maths import spaces
-from addon.maths.relief.frame import CaptureChoice, capture_frame, tilt_rad
+from addon.maths.relief.frame import capture_frame, tilt_rad
+from addon.maths.relief.settings import ImpostorSettings
 from addon.maths.relief.warp import shift_unit
 from addon.maths.shadow.fit import plan_shadows
 from addon.maths.shadow.projection import ShadowPlan
@@ -105,7 +106,9 @@ class Stage:
         samples: int = SAMPLES,
     ) -> ImpostorTextures:
         """The whole model captured."""
-        frame = capture_frame(self.hull, camera, size, CaptureChoice(perspective, texels, 4096, picture_samples=samples))
+        projection = "perspective" if perspective else "orthographic"
+        settings = ImpostorSettings(projection=projection, texels_per_pixel=texels, max_texels=4096)
+        frame = capture_frame(self.hull, camera, size, settings, samples)
         return capture(self.device, self.draw_list, self.rows, frame, with_back=with_back)
 
     def direct(self, camera: Camera, size: tuple[int, int]) -> GBuffer:

@@ -37,7 +37,7 @@ FLOORS = {
     "addon/maths": "directions domains tables < sky spaces partitioning < light_set warping < choices < sun < view < frusta nearest relief"
     " < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
-    "addon/maths/relief": "picture views warp < ahead beta frame outline < edges life < error < carry < __init__",
+    "addon/maths/relief": "picture settings views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space fit_view partitions projection spacing warps < crop cut faces lookup slices strength < lamps < fit"
     " < light_set_plan < __init__",
     "addon/maths/partitioning": "row splits < * < __init__",

@@ -76,11 +76,6 @@ def domain_of(kind: type[DataclassInstance], name: str) -> Interval | OneOf | No
     return kind.__dataclass_fields__[name].metadata.get(DOMAIN)
 
 
-def shared_values(source: DataclassInstance, kind: type[DataclassInstance]) -> dict[str, object]:
-    """What `source`, a dataclass, holds in the fields that the dataclass `kind` has too."""
-    return {one.name: getattr(source, one.name) for one in fields(source) if one.name in kind.__dataclass_fields__}
-
-
 def require(condition: bool, message: str) -> None:
     """Raise `SettingsError(message)` unless the condition holds; write it so that NaN fails."""
     if not condition:

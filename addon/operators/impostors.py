@@ -11,7 +11,7 @@ from ..blender.impostors.marks import active_mark, all_marked, has_surface, is_m
 from ..blender.snapshot import mark_of_id
 from ..blender.snapshot.instances import listed
 from ..errors import SceneError
-from ..maths.relief.life import ALL_AT_ONCE
+from ..maths.relief.settings import ALL_AT_ONCE
 from ..pipeline.job import Job
 from ..scene.records import Mark
 from ..studies.pending import Pending
@@ -190,11 +190,11 @@ def captured_anew(job: Job, chosen: set[tuple[str, int]] | None) -> Job:
     if choice is None:
         raise SceneError(HIDDEN)
     if chosen is None:
-        return replace(job, impostors=replace(choice, mode="automatic", life=replace(choice.life, regenerations=ALL_AT_ONCE)))
+        return replace(job, impostors=replace(choice, settings=replace(choice.settings, use="automatic", regenerations=ALL_AT_ONCE)))
     keys = frozenset(group.key for group in choice.groups if is_one_of(group.key, chosen))
     if not keys:
         raise SceneError(HIDDEN)
-    return replace(job, impostors=replace(choice, mode="manual", regenerate=keys))
+    return replace(job, impostors=replace(choice, settings=replace(choice.settings, use="manual"), regenerate=keys))
 
 
 ROW = OperatorRow(

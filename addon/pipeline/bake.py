@@ -37,8 +37,8 @@ def bake(device: Device, job: Job, group: ImpostorGroup, choice: ImpostorChoice,
     low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     hull = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
     try:
-        frame = capture_frame(hull, job.camera, job.size, choice.capture)
-        taken = capture(device, device.store.sync(job.scene), rows, frame, with_back=choice.back_layer, choice=choice.edges)
+        frame = capture_frame(hull, job.camera, job.size, choice.settings)
+        taken = capture(device, device.store.sync(job.scene), rows, frame, with_back=choice.settings.back_layer, choice=choice.edges)
     except SceneError as error:
         raise SceneError(f"'{group.name}': {error}") from error
     taken.release()

@@ -100,7 +100,7 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     ticket.enter(0.2, "gbuffer")
     impostors, choice = None, job.impostors
     if choice is not None:
-        library, samples = library_of(device, choice.fresh), job.settings.shading.samples
+        library, samples = library_of(device, choice.alone), job.settings.shading.samples
         impostors = library.update(job.scene, draw_list, job.camera, job.size, choice, samples)
     _draw_surfaces(device, job, draw_list, job.camera, impostors, device.gbuffer(job.size))
     clock.lap("gbuffer")
@@ -177,7 +177,7 @@ def _cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impos
     if wanted is not None and maps.holds == wanted:
         return
     casters = None
-    if impostors is not None and choice.casters == "impostor":
+    if impostors is not None and choice.settings.casters == "impostor":
         casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
     rows = both(casters.rows if casters is not None and casters.textures else None, job.scene.instances.without(NO_SHADOW))
     draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, job.settings.test, rows)

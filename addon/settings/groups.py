@@ -6,9 +6,8 @@ import dataclasses
 from dataclasses import dataclass, field
 
 from ..maths.choices import FitChoice, PartitionChoice, WarpChoice
-from ..maths.domains import one_of, require, require_fields, same_as, within
-from ..maths.relief.frame import CaptureChoice
-from ..maths.relief.life import LifeSettings
+from ..maths.domains import one_of, require, require_fields, within
+from ..maths.relief.settings import ImpostorSettings
 from .shadowing import SHADOW_TESTS
 from .stage import EdgeLines, GroundChoice, SectionChoice
 
@@ -18,10 +17,6 @@ PCF_COUNTS = (1, 4, 9, 16, 25)
 SAMPLE_COUNTS = (1, 4, 9, 16)
 FILTER_UNITS = ("texel", "pixel", "metre")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
-IMPOSTOR_USES = ("automatic", "manual", "off")
-IMPOSTOR_PROJECTIONS = ("perspective", "orthographic")
-IMPOSTOR_WARPS = ("inverse", "forward")
-IMPOSTOR_CASTERS = ("geometry", "impostor")
 LONGEST_M = 1e9
 BRIGHTEST = 100.0
 
@@ -108,45 +103,6 @@ class ShadingWorld:
     sky: tuple[float, float, float] = (0.32, 0.36, 0.42)
     ground: tuple[float, float, float] = (0.16, 0.15, 0.14)
     background: tuple[float, float, float, float] = (0.78, 0.83, 0.90, 1.0)
-
-
-@dataclass(frozen=True, slots=True)
-class ImpostorSettings:
-    """How objects marked as impostors are captured, drawn and renewed (RI; `maths/relief/life.py`, `maths/relief/frame.py`).
-
-    `use` 'automatic': the life cycle renews them; 'manual': the user does; 'off': all is drawn as geometry. `fresh`: every final render
-    captures anew, so that a picture does not depend on those before it. `limit` of the `predictor`, in its unit (None: its usual one).
-    `sprite_px` pixels of Schaufler's β up to which they are shown unwarped; `ahead` the share of the limit that a capture made ahead of a
-    moving view may be wrong by.
-    `max_tilt_deg` beyond which an impostor is renewed in any case. `regenerations` per picture of a view, `memory_mib` for all textures.
-    `break_even`: what is cheaper as geometry is drawn as geometry ('automatic'). `views` captures are drawn together, the last ones or,
-    with `directions` n > 0, those nearest of n × n directions round the object. `fill`: what lay hidden at capture is taken to go on.
-    `casters` 'impostor': what is drawn as impostor casts its shadow as one.
-    """
-
-    use: str = one_of("automatic", "Impostors", IMPOSTOR_USES)
-    fresh: bool = True
-    projection: str = one_of("perspective", "Impostor projection", IMPOSTOR_PROJECTIONS)
-    back_layer: bool = True
-    warp: str = one_of("inverse", "Impostor warp", IMPOSTOR_WARPS)
-    predictor: str = same_as(LifeSettings, "predictor")
-    limit: float | None = same_as(LifeSettings, "limit")
-    texels_per_pixel: float = same_as(CaptureChoice, "texels_per_pixel", default=2.0)
-    max_texels: int = same_as(CaptureChoice, "max_texels")
-    max_tilt_deg: float = same_as(LifeSettings, "max_tilt_deg")
-    regenerations: int = same_as(LifeSettings, "regenerations")
-    memory_mib: int = within(LifeSettings().memory_bytes >> 20, "The impostors' texture memory (MiB)", 1, 1 << 20)
-    sprite_px: float = same_as(LifeSettings, "sprite_px")
-    ahead: float = same_as(LifeSettings, "ahead")
-    fade_frames: int = same_as(LifeSettings, "fade_frames")
-    break_even: bool = True
-    views: int = within(1, "The captures of an impostor that are drawn together", 1, 4)
-    directions: int = within(0, "The directions of an impostor per side (0: none)", 0, 64)
-    fill: bool = True
-    casters: str = one_of("geometry", "Impostor casters", IMPOSTOR_CASTERS)
-
-    def __post_init__(self) -> None:
-        require_fields(self)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from addon.pipeline.device import device_of
 from addon.pipeline.gl.readback import read_texture
 from addon.pipeline.impostors.capture import capture
@@ -15,7 +15,7 @@ from addon.pipeline.impostors.tiles import OVERLAP, STRIDES, TILE, tiles_and_win
 from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer
 from tests import scenes
 from tests.margins import agree
-from tests.maths.relief.rigs import corners
+from tests.maths.relief.rigs import chosen, corners
 
 CONTINUOUS = 0.25
 MARGIN = (OVERLAP + 1) * STRIDES[-1]
@@ -93,7 +93,7 @@ def _taken(context, worker, scene, camera, size):
     draw_list, rows = device.store.sync(scene), np.ones(len(scene.instances), bool)
     bounds = scene.instance_bounds_ws()
     hull = corners(bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0))
-    frame = capture_frame(hull, camera, size, CaptureChoice(texels_per_pixel=1.0, max_texels=2048))
+    frame = capture_frame(hull, camera, size, chosen(texels_per_pixel=1.0, max_texels=2048))
     impostor = capture(device, draw_list, rows, frame)
 
     def draw(eye, picture):

@@ -7,6 +7,7 @@ import pytest
 
 from addon.maths.relief.error import predict_one
 from addon.maths.relief.frame import capture_frame
+from addon.maths.relief.settings import ImpostorSettings
 from addon.pipeline.device import device_of
 from addon.pipeline.gl.readback import read_texture
 from addon.pipeline.impostors.capture import capture
@@ -19,10 +20,10 @@ from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 
 SCENE = scenes.scene_of(*PARTS)
-ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), break_even=False)
+ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), ImpostorSettings(break_even=False))
 CHEAP = Settings().replaced(fit={"kind": "scene", "size": 64}, partition={"kind": "none"})
 NEARER = [orbit(0.3, distance) for distance in 16.0 * 0.94 ** np.arange(32.0)]
-ONE_TEXEL = replace(ALL, capture=replace(ALL.capture, texels_per_pixel=1.0))
+ONE_TEXEL = replace(ALL, settings=replace(ALL.settings, texels_per_pixel=1.0))
 
 
 @pytest.fixture
@@ -88,14 +89,15 @@ def test_an_object_seen_from_all_round_is_gathered_anew_each_time(approach):
 @pytest.mark.parametrize("changed", ["edges", "back_layer"])
 def test_what_was_gathered_otherwise_is_not_carried_over(approach, renderer, changed):
     """The choice changes between two frames; the captures after it are made as it says."""
-    other = replace(ALL, back_layer=False) if changed == "back_layer" else replace(ALL, edges=replace(ALL.edges, bins=4))
+    one_layer = replace(ALL.settings, back_layer=False)
+    other = replace(ALL, settings=one_layer) if changed == "back_layer" else replace(ALL, edges=replace(ALL.edges, bins=4))
     approach(NEARER[:1])
     for camera in NEARER[1:]:
         frame = run(Job(SCENE, camera, scenes.sun(50.0), CHEAP, SIZE, ("combined",), measure=False, impostors=other), on=renderer).frame
         if frame.impostors[0].stage == "regenerated":
             break
     assert frame.impostors[0].edges.gathered is None
-    assert (frame.impostors[0].edges.choice, frame.impostors[0].edges.has_back) == (other.edges, other.back_layer)
+    assert (frame.impostors[0].edges.choice, frame.impostors[0].edges.has_back) == (other.edges, other.settings.back_layer)
 
 
 def test_a_capture_with_known_edges_has_the_texels_of_any_other_and_about_its_predictions(renderer):

@@ -5,14 +5,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from addon.maths.relief.settings import ImpostorSettings
 from addon.pipeline.impostors import costs
 from addon.pipeline.impostors.costs import Costs
+from addon.pipeline.impostors.records import ImpostorChoice
 
 PIXELS, TEXELS = 50_000.0, 200_000.0
 
 
 def view(samples=1, fresh=False, triangle_ns=None, pixel_ns=None, break_even=True):
-    choice = SimpleNamespace(fresh=fresh, triangle_ns=triangle_ns, pixel_ns=pixel_ns, break_even=break_even)
+    choice = ImpostorChoice((), ImpostorSettings(break_even=break_even), triangle_ns=triangle_ns, pixel_ns=pixel_ns, alone=fresh)
     return SimpleNamespace(samples=samples, choice=choice)
 
 

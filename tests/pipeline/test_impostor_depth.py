@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from addon.maths import spaces
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from addon.maths.view import Camera
 from addon.pipeline.device import device_of
 from addon.pipeline.gl.gl_raw import raw_gl
@@ -16,7 +16,7 @@ from addon.pipeline.impostors.capture import capture
 from addon.pipeline.impostors.draw import draw_impostor
 from addon.pipeline.passes.gbuffer import GBuffer, draw_gbuffer
 from tests import plates, scenes
-from tests.maths.relief.rigs import corners
+from tests.maths.relief.rigs import chosen, corners
 
 CASES = {
     "lens": plates.pair(50.0, 0.001, 0.01, 1000.0, half=0.1),
@@ -38,7 +38,7 @@ class Rig:
 
     @contextmanager
     def captured(self, rows, camera, **choice):
-        frame = capture_frame(self.hull(rows), camera, plates.SIZE, CaptureChoice(texels_per_pixel=2.0, max_texels=2048, **choice))
+        frame = capture_frame(self.hull(rows), camera, plates.SIZE, chosen(texels_per_pixel=2.0, max_texels=2048, **choice))
         impostor = capture(self.device, self.draw_list, rows, frame)
         yield impostor
         impostor.release()

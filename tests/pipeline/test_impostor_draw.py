@@ -8,7 +8,7 @@ import pytest
 
 from addon.errors import GpuError, SceneError
 from addon.maths import spaces
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from addon.maths.relief.warp import relief_from_depth
 from addon.pipeline.device import device_of
 from addon.pipeline.gl.gl_raw import live_objects
@@ -19,7 +19,7 @@ from addon.pipeline.impostors.texels import kept_samples
 from addon.pipeline.impostors.views import DrawnImpostor
 from addon.pipeline.passes.gbuffer import FROM_TEXTURE, GBuffer, draw_gbuffer, pixel_rays
 from tests import scenes
-from tests.maths.relief.rigs import corners, project_texels
+from tests.maths.relief.rigs import chosen, corners, project_texels
 
 SIZE = (208, 117)
 MIDDLE = np.array([0.0, 0.0, 0.5])
@@ -56,9 +56,7 @@ class Rig:
 
     def capture(self, camera, rows=None, texels=2.0, perspective=True, **options):
         rows = self.rows if rows is None else rows
-        frame = capture_frame(
-            self.hull(rows), camera, SIZE, CaptureChoice(perspective=perspective, texels_per_pixel=texels, max_texels=4096)
-        )
+        frame = capture_frame(self.hull(rows), camera, SIZE, chosen(perspective=perspective, texels_per_pixel=texels, max_texels=4096))
         return capture(self.device, self.draw_list, rows, frame, **options)
 
     def direct(self, camera, rows=None):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from addon.maths.relief.frame import tilt_rad
-from addon.maths.relief.life import LifeSettings
+from addon.maths.relief.life import LifeModel
+from addon.maths.relief.settings import CASTERS, ImpostorSettings
 from addon.maths.shadow import cut
 from addon.maths.view import Light
 from addon.pipeline.device import device_of
@@ -17,7 +18,7 @@ from addon.pipeline.impostors.life import library_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.impostors.shadows import casters_of
 from addon.pipeline.job import Job
-from addon.settings.groups import IMPOSTOR_CASTERS, Settings
+from addon.settings.groups import Settings
 from addon.studies.run import run
 from tests import scenes
 from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
@@ -25,8 +26,13 @@ from tests.pipeline.test_impostor_draw import PARTS, SIZE, orbit
 SUN = scenes.sun(50.0)
 FLOOR = scenes.floor(3.0)
 SCENE = scenes.scene_of(*PARTS, FLOOR)
-ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), break_even=False)
+ALL = ImpostorChoice((ImpostorGroup("parts", (0, 1, 2), "Parts"),), ImpostorSettings(break_even=False))
 CHEAP = Settings().replaced(test={"kind": "depth"}, fit={"kind": "scene", "size": 256}, partition={"kind": "none"})
+
+
+def but(**settings) -> ImpostorChoice:
+    """`ALL` with other settings."""
+    return replace(ALL, settings=replace(ALL.settings, **settings))
 
 
 @pytest.fixture
@@ -66,10 +72,9 @@ def test_a_slow_orbit_is_captured_warped_and_renewed_and_always_close_to_the_geo
 
 def test_an_eye_that_moves_on_is_met_ahead_so_that_fewer_captures_hold_the_same_limit(film):
     captures = {}
-    for ahead in (0.0, LifeSettings().ahead):
+    for ahead in (0.0, ImpostorSettings().ahead):
         film.empty()
-        rules = LifeSettings(ahead=ahead)
-        shown = [film(orbit(angle), replace(ALL, life=rules)).impostors[0] for angle in np.arange(0.0, 1.0, 0.02)]
+        shown = [film(orbit(angle), but(ahead=ahead)).impostors[0] for angle in np.arange(0.0, 1.0, 0.02)]
         captures[ahead] = sum(r.captures for r in shown)
         assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
     here, ahead = captures.values()
@@ -81,7 +86,7 @@ def test_an_orthographic_capture_lives_as_well_as_a_perspective_one(film):
     captures = {}
     for perspective in (True, False):
         film.empty()
-        choice = replace(ALL, capture=replace(ALL.capture, perspective=perspective))
+        choice = but(projection="perspective" if perspective else "orthographic")
         shown = [film(orbit(angle, distance=2.5), choice).impostors[0] for angle in np.arange(0.0, 0.4, 0.02)]
         captures[perspective] = sum(r.captures for r in shown)
         assert {r.stage for r in shown} <= {"regenerated", "sprite", "warp"}
@@ -92,7 +97,7 @@ def test_a_second_capture_is_not_drawn_with_one_that_is_within_the_limit(film):
     pictures = []
     for views in (1, 2):
         film.empty()
-        pictures.append([film(orbit(angle), replace(ALL, views=views)).passes["combined"] for angle in np.arange(0.0, 0.5, 0.1)])
+        pictures.append([film(orbit(angle), but(views=views)).passes["combined"] for angle in np.arange(0.0, 0.5, 0.1)])
     np.testing.assert_array_equal(*pictures)
 
 
@@ -107,9 +112,9 @@ def test_captures_take_the_memory_that_they_are_said_to(film, renderer):
 def test_the_error_reported_is_of_what_is_shown_and_within_the_limit(film):
     for angle in np.arange(0.0, 1.0, 0.02):
         report = film(orbit(angle)).impostors[0]
-        assert 0.0 < report.error <= report.limit == LifeSettings().effective_limit
+        assert 0.0 < report.error <= report.limit == ImpostorSettings().effective_limit
         if angle == 0.0:
-            assert report.error == pytest.approx(LifeSettings().resampling * report.edges.contour_share)
+            assert report.error == pytest.approx(LifeModel().resampling * report.edges.contour_share)
 
 
 def test_predictions_are_of_the_edges_there_are_and_not_of_those_there_were(film, renderer):
@@ -126,10 +131,9 @@ def test_predictions_are_of_the_edges_there_are_and_not_of_those_there_were(film
 
 
 def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(film, renderer):
-    rules = replace(ALL, life=LifeSettings())
     turned = []
     for angle in np.arange(0.0, 1.0, 0.02):
-        frame = film(orbit(angle), rules)
+        frame = film(orbit(angle))
         if frame.impostors[0].stage == "regenerated" and angle > 0.0:
             textures = renderer.worker.call(lambda c: library_of(device_of(c, renderer.worker)).textures("parts"))
             turned.append(tilt_rad(textures.frame, orbit(angle)))
@@ -140,9 +144,8 @@ def test_a_picture_from_ahead_is_warped_to_the_eye_and_close_to_the_geometry(fil
 def test_a_capture_from_ahead_that_would_be_wrong_here_is_made_from_here(film, renderer, monkeypatch):
     """No texture holds from a radian ahead."""
     monkeypatch.setattr(impostor_ahead, "ahead_of", lambda current, before, camera, centre, share: camera.carried(centre, 1.0))
-    rules = replace(ALL, life=LifeSettings())
     for angle in np.arange(0.0, 0.6, 0.02):
-        if film(orbit(angle), rules).impostors[0].stage == "regenerated":
+        if film(orbit(angle)).impostors[0].stage == "regenerated":
             textures = renderer.worker.call(lambda c: library_of(device_of(c, renderer.worker)).textures("parts"))
             assert tilt_rad(textures.frame, orbit(angle)) == pytest.approx(0.0, abs=1e-6)
 
@@ -182,7 +185,7 @@ def test_a_changed_object_is_captured_anew_at_once_and_another_objects_change_is
 
 
 def test_without_room_for_a_capture_or_from_among_the_objects_the_geometry_is_drawn(film):
-    tight = replace(ALL, life=LifeSettings(memory_bytes=1000))
+    tight = but(memory_mib=1, texels_per_pixel=8.0, max_texels=8192)
     frame, truth = film(orbit(0.3), tight), film(orbit(0.3), choice=None)
     assert frame.impostors[0].stage == "geometry"
     assert frame.impostors[0].bytes == 0
@@ -192,7 +195,7 @@ def test_without_room_for_a_capture_or_from_among_the_objects_the_geometry_is_dr
 
 
 def test_cheap_geometry_is_never_replaced(film):
-    thrifty = replace(ALL, break_even=True, triangle_ns=60.0, pixel_ns=150.0)
+    thrifty = replace(but(break_even=True), triangle_ns=60.0, pixel_ns=150.0)
     assert film(orbit(0.3), thrifty).impostors[0].reason == "the geometry is cheaper"
     assert film(orbit(0.3), replace(thrifty, triangle_ns=1e6)).impostors[0].stage == "regenerated"
 
@@ -202,12 +205,12 @@ def test_what_the_triangles_cost_is_measured_when_nobody_says_it(film, monkeypat
     """Whatever was measured, it lies between a second and a femtosecond a pixel; captures are had for nothing here."""
     monkeypatch.setattr(costs, "START_TEXEL_NS", 0.0)
     monkeypatch.setattr(costs, "CAPTURE_PASSES", 0.0)
-    report = film(orbit(0.3), replace(ALL, break_even=True, pixel_ns=pixel_ns)).impostors[0]
+    report = film(orbit(0.3), replace(but(break_even=True), pixel_ns=pixel_ns)).impostors[0]
     assert report.stage == stage
 
 
 def test_what_an_impostors_pixel_costs_is_measured_at_its_capture(film, renderer):
-    film(orbit(0.3), replace(ALL, break_even=True, triangle_ns=1e9))
+    film(orbit(0.3), replace(but(break_even=True), triangle_ns=1e9))
     cost = renderer.worker.call(lambda context: library_of(device_of(context, renderer.worker)).pixel_ns)
     assert 0.0 < cost < 1e9
     assert cost != START_PIXEL_NS
@@ -216,7 +219,7 @@ def test_what_an_impostors_pixel_costs_is_measured_at_its_capture(film, renderer
 def test_an_object_thinner_than_its_texels_is_geometry_until_it_is_seen_larger(film):
     """A fence of rods less than a pixel wide from afar."""
     rods = [scenes.rod((x, 0.0, 0.0), (x, 0.0, 1.0), 0.03) for x in np.linspace(-0.5, 0.5, 6)]
-    fence = ImpostorChoice((ImpostorGroup("fence", tuple(range(6))),), break_even=False)
+    fence = replace(ALL, groups=(ImpostorGroup("fence", tuple(range(6))),))
     scene = scenes.scene_of(*rods)
     stages = [film(orbit(0.02 * i, distance=12.0), fence, scene).impostors[0] for i in range(4)]
     assert [r.stage for r in stages] == ["geometry"] * 4
@@ -234,7 +237,7 @@ def test_a_deleted_object_a_hidden_one_and_one_out_of_view_draw_nothing_and_do_n
 
 
 def test_manual_impostors_are_renewed_only_when_asked_and_never_shown_wrong(film):
-    manual = replace(ALL, mode="manual")
+    manual = but(use="manual")
     assert film(orbit(0.0), manual).impostors[0].stage == "regenerated"
     assert film(orbit(0.5), manual).impostors[0].stage == "warp"
     assert film(orbit(1.4), manual).impostors[0].stage == "geometry"
@@ -254,7 +257,7 @@ def test_impostors_nobody_asks_for_any_more_give_their_memory_back(film, rendere
 
 @pytest.mark.parametrize("method", ["inverse", "forward"])
 def test_both_warps_can_be_chosen(film, method):
-    choice = replace(ALL, warp=method)
+    choice = but(warp=method)
     film(orbit(0.3), choice)
     frame, truth = film(orbit(0.4), choice), film(orbit(0.4), choice=None)
     assert frame.impostors[0].stage == "warp"
@@ -270,7 +273,7 @@ def test_orthographic_cameras_have_impostors_too(film):
 
 def test_a_set_of_directions_is_captured_on_the_first_round_and_serves_the_second(film):
     """Two of 8 × 8 directions at a time: the second time round nothing is captured, and the pictures hold."""
-    choice = replace(ALL, directions=8, views=2, life=LifeSettings(regenerations=2))
+    choice = but(directions=8, views=2, regenerations=2)
     angles = np.arange(0.0, 2.0 * np.pi, 0.7)
     first = [film(orbit(angle), choice).impostors[0] for angle in np.repeat(angles, 2)]
     assert sum(r.stage == "regenerated" for r in first) >= 6
@@ -283,8 +286,8 @@ def test_a_set_of_directions_is_captured_on_the_first_round_and_serves_the_secon
 
 
 def test_a_set_of_directions_keeps_within_its_memory(film):
-    whole = film(orbit(0.0), replace(ALL, directions=8)).impostors[0].bytes
-    tight = replace(ALL, directions=8, life=LifeSettings(memory_bytes=int(2.5 * whole)))
+    whole = film(orbit(0.0), but(directions=8)).impostors[0].bytes
+    tight = but(directions=8, memory_mib=int(2.5 * whole) >> 20)
     for angle in np.arange(0.0, 2.0 * np.pi, 0.7):
         report = film(orbit(angle), tight).impostors[0]
         assert 0 < report.bytes <= 2.5 * whole
@@ -294,7 +297,7 @@ def test_the_capture_before_is_drawn_beside_the_last_one_where_two_are_wanted(fi
     """Back to where the first was captured, after a second was asked for elsewhere: what only the first saw is there again."""
     missing = {}
     for views in (1, 2):
-        choice = replace(ALL, mode="manual", views=views)
+        choice = but(use="manual", views=views)
         film(orbit(0.0), choice)
         film(orbit(0.6, height=0.1), replace(choice, regenerate=frozenset({"parts"})))
         there, truth = (film(orbit(0.05), c).passes["object"] for c in (choice, None))
@@ -314,7 +317,7 @@ LAMPS = {
 def test_impostors_cast_the_shadows_of_their_geometry(film, lamp):
     """From textures captured from the light, the floor's shadow is that of the triangles but for its edges, while the camera moves."""
     light = LAMPS[lamp]
-    choices = {casters: replace(ALL, casters=casters) for casters in IMPOSTOR_CASTERS}
+    choices = {casters: but(casters=casters) for casters in CASTERS}
     for angle in (0.3, 0.5):
         shadows = {k: film(orbit(angle), c, passes=("shadow", "object"), light=light).passes for k, c in choices.items()}
         floor = shadows["geometry"]["object"] == 3
@@ -325,7 +328,7 @@ def test_impostors_cast_the_shadows_of_their_geometry(film, lamp):
 
 def test_shadows_of_impostors_follow_the_light_and_the_object(film, renderer):
     """The texture from the light is kept while nothing changes, and captured anew when the light or the object moves."""
-    choice = replace(ALL, casters="impostor")
+    choice = but(casters="impostor")
 
     def kept(context):
         held = casters_of(device_of(context, renderer.worker))._kept
@@ -343,17 +346,15 @@ def test_shadows_of_impostors_follow_the_light_and_the_object(film, renderer):
     matrices[1][0, 3] = 0.2
     moved = after(orbit(0.4), light=scenes.sun(30.0), scene=scenes.scene_of(*PARTS, FLOOR, matrices=matrices))
     assert moved not in (None, low)
-    film(orbit(0.4), replace(ALL, groups=(), casters="impostor"))
+    film(orbit(0.4), replace(but(casters="impostor"), groups=()))
     assert renderer.worker.call(kept) is None
 
 
 def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
     by_id = CHEAP.replaced(test={"kind": "id-depth"})
     frames = [
-        run(
-            Job(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=replace(ALL, casters=casters)), on=renderer
-        ).frame
-        for casters in IMPOSTOR_CASTERS
+        run(Job(SCENE, orbit(0.3), SUN, by_id, SIZE, ("shadow",), measure=False, impostors=but(casters=casters)), on=renderer).frame
+        for casters in CASTERS
     ]
     np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])
 
@@ -361,5 +362,5 @@ def test_shadow_tests_that_need_ids_get_triangles_as_casters(film, renderer):
 def test_an_impostor_far_larger_than_a_map_casts_as_geometry(film, monkeypatch):
     """Its blocks would reach farther beyond the map than float32 can draw; with no room beyond, that is every impostor."""
     monkeypatch.setattr(cut, "LARGE", 1e-3)
-    frames = [film(orbit(0.3), replace(ALL, casters=casters), passes=("shadow",)) for casters in IMPOSTOR_CASTERS]
+    frames = [film(orbit(0.3), but(casters=casters), passes=("shadow",)) for casters in CASTERS]
     np.testing.assert_array_equal(frames[1].passes["shadow"], frames[0].passes["shadow"])

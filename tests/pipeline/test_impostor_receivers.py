@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from addon.maths.relief.life import LifeSettings
+from addon.maths.relief.life import LifeModel
+from addon.maths.relief.settings import ImpostorSettings
 from addon.maths.view import Light
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
@@ -18,7 +19,7 @@ from tests.pipeline.test_impostor_draw import orbit
 SIZE = (112, 63)
 PASSES = ("combined", "shadow", "normal", "object", "depth")
 SUN = scenes.sun(50.0)
-FOREVER = LifeSettings(limit=1e9, finest=np.inf, ahead=0.0)
+FOREVER = ImpostorSettings(limit=1e9, ahead=0.0, break_even=False), LifeModel(finest=np.inf)
 PLAIN = Settings().replaced(fit={"kind": "scene", "size": 1024}, partition={"kind": "none"}, shading={"samples": 1})
 KNOBBLY = (
     scenes.ball((0.3, -0.3, 0.6), 0.4, 160, 80),
@@ -31,7 +32,7 @@ KNOBBLY = (
 def whole(scene: Scene, without: int = 0) -> ImpostorChoice:
     """All objects but the last `without` as one impostor."""
     objects = tuple(range(len(scene.object_names) - without))
-    return ImpostorChoice((ImpostorGroup("all", objects),), life=FOREVER, break_even=False)
+    return ImpostorChoice((ImpostorGroup("all", objects),), *FOREVER)
 
 
 @pytest.fixture
@@ -136,7 +137,7 @@ def test_a_surface_of_unlinked_triangles_still_receives_its_shadows_near_where_i
 
 def test_frames_whose_impostors_are_all_geometry_are_shaded_as_without(renderer):
     scene = scenes.scene_of(*KNOBBLY)
-    dear = replace(whole(scene), break_even=True, triangle_ns=1e-6, pixel_ns=1e6)
+    dear = replace(whole(scene), settings=replace(FOREVER[0], break_even=True), triangle_ns=1e-6, pixel_ns=1e6)
     passes = [
         run(Job(scene, orbit(0.3), SUN, PLAIN, SIZE, ("combined",), measure=False, impostors=choice), on=renderer).frame.passes
         for choice in (None, dear)

@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from addon.maths.relief.life import LifeSettings
+from addon.maths.relief.life import LifeModel
+from addon.maths.relief.settings import ImpostorSettings
 from addon.pipeline.gl import programs
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
@@ -15,7 +16,7 @@ from tests import scenes
 
 CAMERA = scenes.look_at((14.0, -16.0, 9.0), (0.0, 0.0, 0.7), fov_y_deg=35.0, near=1.0, far=80.0)
 HUGE = scenes.scene_of(scenes.floor(2e4), scenes.box((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0)))  # its ground is cut, for the camera and for maps
-BOX = ImpostorChoice((ImpostorGroup("box", (1,)),), life=LifeSettings(finest=np.inf), break_even=False)
+BOX = ImpostorChoice((ImpostorGroup("box", (1,)),), ImpostorSettings(break_even=False), LifeModel(finest=np.inf))
 CHOICES = [
     *({"test": {"kind": kind}, "warp": {"kind": warp}} for kind in TESTS for warp in ("lispsm", "logpsm")),
     {"test": {"kind": "triangle", "outlines": True}},

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from addon.maths.relief.settings import ImpostorSettings
 from addon.pipeline import renderer as pipeline
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
@@ -56,7 +57,7 @@ def job_of(chosen):
     groups = {name: chosen[name] for name in ("warp", "partition", "fit", "test", "shading")}
     shown = np.arange(len(scene.instances)) < 1 if chosen["shown"] else None
     last = ImpostorGroup("last", (len(scene.object_names) - 1,))
-    impostors = ImpostorChoice((last,), break_even=False) if chosen["impostors"] else None
+    impostors = ImpostorChoice((last,), ImpostorSettings(break_even=False)) if chosen["impostors"] else None
     return Job(
         scene,
         chosen["camera"],

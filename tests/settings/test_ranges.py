@@ -9,10 +9,8 @@ import pytest
 
 from addon.errors import SettingsError
 from addon.maths.domains import Interval, OneOf, domain_of, require_fields, same_as, within
-from addon.maths.relief.frame import CaptureChoice
-from addon.maths.relief.life import LifeSettings
-from addon.pipeline.impostors.records import ImpostorChoice
-from addon.settings.groups import ImpostorSettings, Settings
+from addon.maths.relief.settings import ImpostorSettings
+from addon.settings.groups import Settings
 from addon.settings.options import BY_NAME, OPTIONS, with_options
 from addon.studies.impostors.asked import choice_for
 
@@ -50,22 +48,6 @@ def test_every_number_and_choice_has_a_domain_and_all_fields_of_an_option_have_t
         assert [type(domain) for domain in domains] == [kind], option.name
 
 
-@pytest.mark.parametrize("kind", [LifeSettings, CaptureChoice, ImpostorChoice])
-def test_what_lies_below_the_impostor_settings_takes_the_same_values(kind):
-    shared = {f.name for f in dataclasses.fields(kind)} & {f.name for f in dataclasses.fields(ImpostorSettings)} - {"fresh"}
-    assert len(shared) >= 2
-    for name in shared:
-        assert domain_of(kind, name) == domain_of(ImpostorSettings, name)
-        if name != "texels_per_pixel":
-            assert getattr(kind(), name) == getattr(ImpostorSettings(), name)
-
-
-def test_the_memory_in_mebibytes_covers_that_in_bytes():
-    mib, in_bytes = domain_of(ImpostorSettings, "memory_mib"), domain_of(LifeSettings, "memory_bytes")
-    assert in_bytes.low <= mib.low << 20 and mib.high << 20 == in_bytes.high
-    assert ImpostorSettings().memory_mib << 20 == LifeSettings().memory_bytes
-
-
 OTHER_VALUES = {
     "projection": "orthographic", "back_layer": False, "warp": "forward", "predictor": "critical", "limit": 0.5, "texels_per_pixel": 3.0,
     "max_texels": 99, "max_tilt_deg": 33.0, "regenerations": 7, "memory_mib": 9, "sprite_px": 1.5, "ahead": 0.25, "fade_frames": 3,
@@ -76,10 +58,8 @@ OTHER_VALUES = {
 @pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(ImpostorSettings) if field.name not in ("use", "fresh")])
 def test_each_impostor_setting_reaches_what_the_renderer_is_asked(name):
     usual, changed = choice_for((), ImpostorSettings()), choice_for((), ImpostorSettings(**{name: OTHER_VALUES[name]}))
-    places = [(usual, changed), (usual.life, changed.life), (usual.capture, changed.capture)]
-    met = {field.name for a, b in places for field in dataclasses.fields(a) if getattr(a, field.name) != getattr(b, field.name)}
-    own = {"memory_mib": "memory_bytes", "projection": "perspective"}.get(name, name)
-    assert met - {"life", "capture"} == {own}
+    met = {f.name for f in dataclasses.fields(ImpostorSettings) if getattr(usual.settings, f.name) != getattr(changed.settings, f.name)}
+    assert met == {name}
 
 
 @dataclasses.dataclass(frozen=True)

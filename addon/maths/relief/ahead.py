@@ -2,7 +2,7 @@
 
 A texture captured from the eye's own place is right there and wears out from then on. Captured from ahead it is first a little wrong, gets
 right as the eye comes up, and wears out behind: the same limit holds it for longer. Our own; RI regenerates from the current
-camera (§5.1), which `LifeSettings.ahead` = 0 does.
+camera (§5.1), which `ImpostorSettings.ahead` = 0 does.
 """
 
 from __future__ import annotations

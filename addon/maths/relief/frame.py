@@ -5,46 +5,29 @@ The plane touches the front of the bounds, so every point has d ≥ 0 and the wa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...errors import SceneError
-from ..domains import require, require_fields, within
 from ..spaces import angle_between
 from ..view import Camera
+from .settings import USUAL, ImpostorSettings
 from .warp import ORTHOGRAPHIC_SOURCE, CaptureFrame, eye_in_plane, pixel_from_clip
 
 SMALLEST_DISTANCE = 0.05
 """The plane must be at least this share of the object's depth away from a perspective eye; nearer, the object surrounds the camera."""
+MARGIN_TEXELS = 2
+"""Empty border of a capture on every side."""
 
 
-@dataclass(frozen=True, slots=True)
-class CaptureChoice:
-    """How an impostor is captured.
-
-    `perspective`: rays from the camera's own eye (the warp is the identity there), else orthographic as in RI. `texels_per_pixel` of the
-    screen at capture; `max_texels` upper bound of either side (above it the texels grow); `margin_texels` empty border on every side.
-    `picture_samples` per pixel and side in the pictures to come: the grid is laid so that the picture's samples fall on the texels' own.
-    """
-
-    perspective: bool = True
-    texels_per_pixel: float = within(1.0, "Impostor texels per pixel", 0.125, 8.0)
-    max_texels: int = within(1024, "The largest impostor texture (texels)", 16, 8192)
-    margin_texels: int = within(2, "The impostor texture's margin (texels)", 0, 16)
-    picture_samples: int = within(1, "The pictures' samples per side", 1, 16)
-
-    def __post_init__(self) -> None:
-        require_fields(self)
-        require(2 * self.margin_texels < self.max_texels, "The margin of an impostor's texture must leave room for the object.")
-
-
-def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], choice: CaptureChoice = CaptureChoice()) -> CaptureFrame:
+def capture_frame(
+    hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], settings: ImpostorSettings = USUAL, picture_samples: int = 1
+) -> CaptureFrame:
     """The frame that captures the object inside the convex hull of `hull_ws` (n, 3) for `camera` with an image of `size` (w, h) pixels.
 
     A perspective capture lies parallel to the image, its texels on the pixels: from this eye it is the very picture, pixel by pixel. An
     orthographic one faces the eye, its normal the line through the hull's middle. One texel covers 1/`texels_per_pixel` pixel (at the
-    quad's centre): RI 5-1 × D/(D − R) with the plane at D − R.
+    quad's centre): RI 5-1 × D/(D − R) with the plane at D − R. `picture_samples` per pixel and side in the pictures to come: the grid is
+    laid so that their samples fall on the texels' own.
     Raises `SceneError` for a hull without extent, with a vertex that is not finite, behind, or around the camera.
     """
     hull = np.asarray(hull_ws, dtype=np.float64)
@@ -54,37 +37,44 @@ def capture_frame(hull_ws: np.ndarray, camera: Camera, size: tuple[int, int], ch
     if not extent_m > 0.0:
         raise SceneError("The impostor's object is a single point: there is nothing to capture.")
     centre = (hull.max(axis=0) + hull.min(axis=0)) / 2.0
-    eye, axes = camera.eye_ws, _axes(camera, centre, choice)
+    eye, axes = camera.eye_ws, _axes(camera, centre, settings.is_perspective)
     depths = (hull - eye) @ axes[2]
     front, depth_m = float(depths.min()), float(np.ptp(depths))
     smallest = camera.near - depth_m if camera.is_orthographic else SMALLEST_DISTANCE * max(depth_m, 1e-3 * extent_m)
     if not front > smallest:
         raise SceneError("The impostor's object lies behind or around the camera: move the camera out of it or draw its geometry.")
-    return _frame(hull - eye, axes, front, depth_m, camera, size, choice)
+    return _frame(hull - eye, axes, front, depth_m, camera, size, settings, picture_samples)
 
 
 def _frame(
-    hull: np.ndarray, axes: np.ndarray, front: float, depth_m: float, camera: Camera, size: tuple[int, int], choice: CaptureChoice
+    hull: np.ndarray,
+    axes: np.ndarray,
+    front: float,
+    depth_m: float,
+    camera: Camera,
+    size: tuple[int, int],
+    settings: ImpostorSettings,
+    picture_samples: int,
 ) -> CaptureFrame:
     """The frame from axes (rows: right, down, away) and the hull relative to the eye.
 
     Its corner is laid so that the first of a pixel's n samples per side, (1/2n) pixel from the pixel's corner, falls on one of the texel's
     two samples per side, 1/4 texel from the texel's: a shift of 1/4 − t/2n texels, t texels per pixel.
     """
-    through_eye = choice.perspective and not camera.is_orthographic
+    through_eye = settings.is_perspective and not camera.is_orthographic
     across = hull @ axes[:2].T
     if through_eye:
         across = across * (front / (hull @ axes[2]))[:, None]
     low, high = across.min(axis=0), across.max(axis=0)
     middle_ws = camera.eye_ws + (low + high) / 2.0 @ axes[:2] + front * axes[2]
-    texel = 1.0 / (_pixels_per_metre(camera, size, middle_ws, axes) * choice.texels_per_pixel)
-    room = choice.max_texels - 2 * choice.margin_texels - 1
+    texel = 1.0 / (_pixels_per_metre(camera, size, middle_ws, axes) * settings.texels_per_pixel)
+    room = settings.max_texels - 2 * MARGIN_TEXELS - 1
     texel = max(texel, float((high - low).max()) / room)
-    count = np.clip(np.ceil((high - low) / texel - 1e-9), 1, room).astype(int) + 2 * choice.margin_texels
+    count = np.clip(np.ceil((high - low) / texel - 1e-9), 1, room).astype(int) + 2 * MARGIN_TEXELS
     corner_ws = middle_ws - (count / 2.0 * texel) @ axes[:2]
     pixel = pixel_from_clip(size) @ camera.clip_from_world @ np.append(corner_ws, 1.0)
-    shift = 0.25 - 0.5 * choice.texels_per_pixel / choice.picture_samples
-    beyond = np.mod(pixel[:2] / pixel[2] * choice.texels_per_pixel + shift + 1e-6, 1.0) - 1e-6
+    shift = 0.25 - 0.5 * settings.texels_per_pixel / picture_samples
+    beyond = np.mod(pixel[:2] / pixel[2] * settings.texels_per_pixel + shift + 1e-6, 1.0) - 1e-6
     world_from_plane = np.eye(4)
     world_from_plane[:3, :3] = (axes * [[texel], [texel], [1.0]]).T
     world_from_plane[:3, 3] = corner_ws - (beyond * texel) @ axes[:2]
@@ -94,7 +84,7 @@ def _frame(
     return CaptureFrame(world_from_plane, eye if through_eye else ORTHOGRAPHIC_SOURCE, eye, bare.width, bare.height, depth_m)
 
 
-def _axes(camera: Camera, centre_ws: np.ndarray, choice: CaptureChoice) -> np.ndarray:
+def _axes(camera: Camera, centre_ws: np.ndarray, is_perspective: bool) -> np.ndarray:
     """(3, 3) rows right, down, away: the image's own, or, for an orthographic capture, turned to face the eye."""
     right, up, back = camera.world_from_view[:3, :3].T
     if camera.is_orthographic:
@@ -103,7 +93,7 @@ def _axes(camera: Camera, centre_ws: np.ndarray, choice: CaptureChoice) -> np.nd
     distance = float(np.linalg.norm(towards))
     if not (distance > 0.0 and towards @ back < 0.0):
         raise SceneError("The impostor's object lies behind the camera: turn the camera towards it.")
-    if choice.perspective:
+    if is_perspective:
         return np.stack([right, -up, -back])
     away = towards / distance
     right = right - (right @ away) * away

@@ -9,99 +9,63 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, radians, tan
+from math import inf, tan
 
 from ..domains import one_of, require_fields, within
 from .beta import Betas
+from .settings import ImpostorSettings
 
 STAGES = ("hidden", "geometry", "sprite", "warp", "regenerated")
 APPROACHES = ("texel", "schaufler")
-LIMITS = {
-    "critical": 200.0,
-    "critical_px": 12.0,
-    "regions_sum": 800.0,
-    "regions_max": 200.0,
-    "regions_sum_px": 60.0,
-    "regions_max_px": 12.0,
-    "regions_share": 0.6,
-    "edge_written_px": 1000.0,
-    "edge_sum_px": 0.0165,
-    "edge_fast_px": 0.0165,
-}
-"""The usual limit of every predictor in its own unit; the edge sums are judged as a share of the pixels that the impostor covers."""
 TOO_FINE = "finer than its texels"
 """Why an object is drawn as geometry whose parts are thinner than the texels of a capture."""
 GAIN, LOSS = 0.9, 1.05
 """The cost of an impostor over the geometry's, below which it becomes one, and above which it is one no more."""
-ALL_AT_ONCE = 10000
-"""More captures than there are impostors in any picture."""
 RESOLVED_PX = 0.5
 """Texels of a capture are usually as large: two a pixel and side."""
 SHARED = ("edge_sum_px", "edge_fast_px")
 
 
 @dataclass(frozen=True, slots=True)
-class LifeSettings:
-    """When impostors are shown as they are, warped, made anew, or replaced by geometry.
+class LifeModel:
+    """What the life cycle takes impostors to be like: constants fitted to pictures (docs/laboratory.md), not a user's choice.
 
-    `predictor` and `limit` (None: the predictor's usual) decide the second critical moment. A sprite is kept while β ≤ `sprite_px` pixels
-    (RI: 1; docs/laboratory.md says what that costs on thin parts).
-    `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `max_tilt_deg`
-    is unconditional. `hysteresis`: what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to
-    this multiple of the limit an impostor that waits for its turn is still warped, beyond it the geometry is drawn.
+    `approach` 'texel' renews when a texel covers more than `texel_px` pixels, 'schaufler' as RI when β_transN > β_screen. `hysteresis`:
+    what was left at 1 is entered again at this share; also where early renewal begins. `waiting`: up to this multiple of the limit an
+    impostor that waits for its turn is still warped, beyond it the geometry is drawn.
     With the edge sums the error is a share of wrong pixels (`share_wrong`): `opening` of the predicted openings (they are over-estimated),
-    `resampling` of the contours per texel (more where they crowd), `turning` of the turn's tangent. `finest`: with
-    more contours per texel than this a capture's life is over at once, and the geometry is drawn (fitted to pictures, as the limit:
-    docs/laboratory.md). `regenerations` per frame, `memory_bytes` for all textures, `fade_frames` of crossfade after a renewal (0: the old
-    texture, whose error was at the limit, is never mixed in; the jump measured is small, docs/impostors.md). `ahead`: for an eye that
-    moves on steadily, a capture is made from where the eye will be; this share of the limit is what it may be wrong by until then (0: from
-    where the eye is, as RI; `ahead.py`).
+    `resampling` of the contours per texel (more where they crowd), `turning` of the turn's tangent. `finest`: with more contours per texel
+    than this a capture's life is over at once, and the geometry is drawn.
     """
 
-    predictor: str = one_of("edge_fast_px", "Impostor predictor", tuple(LIMITS))
-    limit: float | None = within(None, "The impostors' error limit", 1e-6, 1e9)
-    sprite_px: float = within(0.2, "The pixels up to which an impostor is a sprite", 0.0, 16.0)
     approach: str = one_of("texel", "Approach rule", APPROACHES)
     texel_px: float = within(1.5, "The pixels that a texel may cover", 1e-6)
-    max_tilt_deg: float = within(45.0, "The impostors' largest tilt (degrees)", 1.0, 85.0)
     hysteresis: float = within(0.7, "The hysteresis", 1e-6, 1.0)
     waiting: float = within(1.5, "The waiting factor", 1.0)
     opening: float = within(0.28, "The weight of openings", 0.0)
     resampling: float = within(0.03, "The weight of resampling", 0.0)
     turning: float = within(0.07, "The weight of turning", 0.0)
     finest: float = within(0.2, "The finest share of contours", 1e-6, has_infinity=True)
-    regenerations: int = within(1, "The impostors captured per picture", 0, ALL_AT_ONCE)
-    memory_bytes: int = within(1024 << 20, "The impostors' texture memory (bytes)", 1, 1 << 40)
-    fade_frames: int = within(0, "The impostors' crossfade (pictures)", 0, 60)
-    ahead: float = within(0.75, "The share of the limit for captures ahead", 0.0, 0.95)
 
     def __post_init__(self) -> None:
         require_fields(self)
 
-    @property
-    def max_tilt_rad(self) -> float:
-        """The largest tilt in radians."""
-        return radians(self.max_tilt_deg)
 
-    @property
-    def effective_limit(self) -> float:
-        """The limit in the predictor's unit."""
-        return LIMITS[self.predictor] if self.limit is None else self.limit
-
-
-def share_wrong(openings: float, contours: float, texel_px: float, turned_rad: float, shrunk: float, settings: LifeSettings) -> float:
+def share_wrong(
+    openings: float, contours: float, texel_px: float, turned_rad: float, shrunk: float, settings: ImpostorSettings, model: LifeModel
+) -> float:
     """The share of an impostor's pixels that are wrong, by the edge sums.
 
     `(a·openings + b·contours·max(1, ½/texel_px) + c·tan(turn)) / shrunk²`.
 
     `openings` in shares of the pixels covered at capture, `contours` per texel, `texel_px` the pixels that a texel covers now: below ½ the
     contours come closer together than what a picture resolves. `shrunk` the object's image over that at capture (by its bounds, at the
-    same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `settings`, fitted to pictures
+    same distance): less is seen of it, and what is wrong, at its edges above all, stays. a, b, c: `model`, fitted to pictures
     (docs/laboratory.md).
     """
     turn = tan(min(turned_rad, settings.max_tilt_rad))
     crowded = contours * max(1.0, RESOLVED_PX / max(texel_px, 1e-9))
-    return (settings.opening * openings + settings.resampling * crowded + settings.turning * turn) / shrunk**2
+    return (model.opening * openings + model.resampling * crowded + model.turning * turn) / shrunk**2
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,19 +135,21 @@ class _Wish:
     felt: float = inf
 
 
-def decide(states: Sequence[ImpostorState], impostors: Sequence[ViewedImpostor], settings: LifeSettings) -> list[Action]:
+def decide(
+    states: Sequence[ImpostorState], impostors: Sequence[ViewedImpostor], settings: ImpostorSettings, model: LifeModel = LifeModel()
+) -> list[Action]:
     """One `Action` per impostor, in order. At most `regenerations` of them capture, and the textures kept fit `memory_bytes`.
 
     An impostor whose texture would be wrong is shown as geometry, never warped.
     """
-    wishes = [_wish(state, impostor, settings) for state, impostor in zip(states, impostors, strict=True)]
+    wishes = [_wish(state, impostor, settings, model) for state, impostor in zip(states, impostors, strict=True)]
     chosen = _within_budget(wishes, impostors, settings)
     actions = []
     for index, (state, impostor, wish) in enumerate(zip(states, impostors, wishes, strict=True)):
         if index in chosen:
             actions.append(Action(state.key, "regenerated", regenerate=True, reason=wish.reason, fade=_fade(0, settings)))
         else:
-            stage = _while_waiting(state, impostor, wish, settings)
+            stage = _while_waiting(wish, model)
             evict = state.is_captured and impostor.is_too_fine and stage == "geometry"
             waits = wish.need > 1.0 and settings.regenerations > 0 and impostor.capture_bytes <= settings.memory_bytes
             fade = _fade(state.age + 1, settings)
@@ -208,7 +174,7 @@ def is_dearer(state: ImpostorState, impostor: ViewedImpostor) -> bool:
     return impostor.impostor_cost > impostor.geometry_cost * (GAIN if state.stage in ("geometry", "hidden") else LOSS)
 
 
-def _wish(state: ImpostorState, impostor: ViewedImpostor, settings: LifeSettings) -> _Wish:
+def _wish(state: ImpostorState, impostor: ViewedImpostor, settings: ImpostorSettings, model: LifeModel) -> _Wish:
     if not impostor.is_visible:
         return _Wish("hidden", 0.0, "out of view")
     if impostor.is_cut:
@@ -227,30 +193,32 @@ def _wish(state: ImpostorState, impostor: ViewedImpostor, settings: LifeSettings
     ):
         if wrong:
             return _Wish("geometry", urgent, reason if can_capture else f"{reason}; cannot be captured from here")
-    return _wish_of_captured(state, impostor, settings, can_capture)
+    return _wish_of_captured(state, impostor, settings, model, can_capture)
 
 
-def _wish_of_captured(state: ImpostorState, impostor: ViewedImpostor, settings: LifeSettings, can_capture: bool) -> _Wish:
+def _wish_of_captured(
+    state: ImpostorState, impostor: ViewedImpostor, settings: ImpostorSettings, model: LifeModel, can_capture: bool
+) -> _Wish:
     """The wish of an impostor with a valid warp: RI's two critical moments and the approach."""
     betas, error = impostor.betas, impostor.predicted / settings.effective_limit
     assert betas is not None, "there are angles where there is a texture"
-    as_sprite = settings.sprite_px if state.stage in ("sprite", "regenerated") else settings.sprite_px * settings.hysteresis
+    as_sprite = settings.sprite_px if state.stage in ("sprite", "regenerated") else settings.sprite_px * model.hysteresis
     is_sprite = betas.total <= as_sprite * betas.screen
     stage = "sprite" if is_sprite else "warp"
-    nearness = betas.texel / (settings.texel_px * betas.screen)
-    if settings.approach == "schaufler":
+    nearness = betas.texel / (model.texel_px * betas.screen)
+    if model.approach == "schaufler":
         nearness = betas.trans_n / betas.screen
     need, reason = max((nearness, "too coarse from this near"), (0.0 if is_sprite else error, "the predicted error is over the limit"))
-    if need <= settings.hysteresis:
+    if need <= model.hysteresis:
         return _Wish(stage, 0.0, "", need)
     if not can_capture:
-        return _Wish(stage if need <= settings.waiting else "geometry", 0.0, f"{reason}; cannot be captured from here")
+        return _Wish(stage if need <= model.waiting else "geometry", 0.0, f"{reason}; cannot be captured from here")
     if need <= 1.0:
         return _Wish(stage, need, "renewed early", need) if need > state.need else _Wish(stage, 0.0, "", need)
     return _Wish(stage, need, reason, need)
 
 
-def _within_budget(wishes: Sequence[_Wish], impostors: Sequence[ViewedImpostor], settings: LifeSettings) -> set[int]:
+def _within_budget(wishes: Sequence[_Wish], impostors: Sequence[ViewedImpostor], settings: ImpostorSettings) -> set[int]:
     """Who may capture: first those that must, by how much and how large they are seen; then, if more would rather than may in a frame, one
     of those."""
     must = sorted((i for i, w in enumerate(wishes) if w.need > 1.0), key=lambda i: (-wishes[i].need, -impostors[i].covered_px, i))
@@ -260,15 +228,15 @@ def _within_budget(wishes: Sequence[_Wish], impostors: Sequence[ViewedImpostor],
     return {*affordable, *(early[: min(room, 1)] if len(early) > settings.regenerations else ())}
 
 
-def _while_waiting(state: ImpostorState, impostor: ViewedImpostor, wish: _Wish, settings: LifeSettings) -> str:
+def _while_waiting(wish: _Wish, model: LifeModel) -> str:
     """The stage of an impostor that does not capture now."""
     if wish.stage not in ("sprite", "warp"):
         return wish.stage
-    return wish.stage if wish.need <= settings.waiting else "geometry"
+    return wish.stage if wish.need <= model.waiting else "geometry"
 
 
 def _within_memory(
-    actions: list[Action], states: Sequence[ImpostorState], impostors: Sequence[ViewedImpostor], settings: LifeSettings
+    actions: list[Action], states: Sequence[ImpostorState], impostors: Sequence[ViewedImpostor], settings: ImpostorSettings
 ) -> list[Action]:
     """Free the least needed textures (longest unseen, then smallest on the screen) until the rest fits; in view, geometry stands in."""
     rows = zip(actions, states, impostors, strict=True)
@@ -289,5 +257,5 @@ def _unseen(state: ImpostorState, impostor: ViewedImpostor) -> int:
     return 0 if impostor.is_visible else state.unseen + 1
 
 
-def _fade(age: int, settings: LifeSettings) -> float:
+def _fade(age: int, settings: ImpostorSettings) -> float:
     return min(1.0, (age + 1) / (settings.fade_frames + 1))

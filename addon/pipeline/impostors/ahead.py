@@ -6,12 +6,11 @@ from collections.abc import Hashable
 
 from ...errors import SceneError
 from ...maths.relief.ahead import ahead_of, next_share
-from ...maths.relief.frame import capture_frame
-from ...maths.relief.life import LifeSettings, ViewedImpostor
+from ...maths.relief.life import ViewedImpostor
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from .capture import ImpostorTextures
-from .records import ImpostorView, Part
+from .records import ImpostorChoice, ImpostorView, Part
 
 
 class Ahead:
@@ -31,21 +30,21 @@ class Ahead:
 
     def frame(self, part: Part, current: ImpostorTextures, view: ImpostorView) -> CaptureFrame | None:
         """What to capture in the place of `current`; None: what is seen from the eye itself."""
-        if self._before is None or view.choice.life.ahead == 0.0:
+        if self._before is None or view.choice.settings.ahead == 0.0:
             return None
-        share = self._shares.get(part.group.key, view.choice.life.ahead)
+        share = self._shares.get(part.group.key, view.choice.settings.ahead)
         try:
             ahead = ahead_of(current.frame, self._before, view.camera, part.bounds_ws.mean(axis=0), share)
-            return capture_frame(part.hull_ws, ahead, view.size, view.choice.capture) if ahead is not None else None
+            return view.frame_of(part.hull_ws, ahead) if ahead is not None else None
         except SceneError:
             return None
 
-    def holds(self, key: Hashable, impostor: ViewedImpostor, life: LifeSettings) -> bool:
+    def holds(self, key: Hashable, impostor: ViewedImpostor, choice: ImpostorChoice) -> bool:
         """Whether a texture captured ahead is good enough here and now (as `impostor` predicts); what was found is learnt from."""
         if impostor.betas is None:
             return False
-        limit = life.effective_limit
-        coarse = impostor.betas.texel > life.texel_px * impostor.betas.screen
-        found = float("inf") if coarse or impostor.tilt_rad > life.max_tilt_rad else impostor.predicted
-        self._shares[key] = next_share(self._shares.get(key, life.ahead), found, life.ahead * limit)
+        settings, limit = choice.settings, choice.settings.effective_limit
+        coarse = impostor.betas.texel > choice.model.texel_px * impostor.betas.screen
+        found = float("inf") if coarse or impostor.tilt_rad > settings.max_tilt_rad else impostor.predicted
+        self._shares[key] = next_share(self._shares.get(key, settings.ahead), found, settings.ahead * limit)
         return found <= limit

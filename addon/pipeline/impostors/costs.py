@@ -73,13 +73,13 @@ class Costs:
 
         `covered_px` pixels and `texels` of a capture from here; `age` of the one there is, in pictures.
         """
-        if not view.choice.break_even:
+        if not view.choice.settings.break_even:
             return np.inf, 0.0
         triangles = part.triangles * view.choice.triangle_ns if view.choice.triangle_ns else self._geometry_ns[part.group.key][1]
         passes = 1 if view.samples == 1 else 2
         pixels = covered_px * (view.choice.pixel_ns or self.pixel_ns) * (passes - 1 + view.samples * (1.0 + FOLLOWED))
         capture = CAPTURE_PASSES * triangles + texels * START_TEXEL_NS
-        if view.choice.fresh:
+        if view.choice.alone:
             return passes * triangles, FRESH_MARGIN * (pixels + capture)
         capture = self._capture_ns.get(part.group.key, capture)
         lives = self._lives.get(part.group.key)

@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import GpuError, SceneError
 from ...maths.relief.carry import carries
 from ...maths.relief.edges import ReliefEdges
-from ...maths.relief.frame import capture_frame, is_at_capture, tilt_rad
+from ...maths.relief.frame import is_at_capture, tilt_rad
 from ...maths.relief.life import TOO_FINE, Action, ImpostorState, advance, decide
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
@@ -68,22 +68,22 @@ class ImpostorLibrary:
 
         Groups no longer asked for lose their textures.
         """
-        self._drop_others(set() if choice.fresh else {g.key for g in choice.groups})
+        self._drop_others(set() if choice.alone else {g.key for g in choice.groups})
         self._captures.clear()
         parts = self._found(scene, choice.groups)
         states = [self._state(part, draw_list) for part in parts]
-        view = _view(camera, size, choice, samples)
-        if choice.break_even and choice.triangle_ns is None:
+        view = ImpostorView(camera, size, choice, samples)
+        if choice.settings.break_even and choice.triangle_ns is None:
             self._measure_geometry(parts, draw_list, view)
         for key, views in self._views.items():
             self._textures[key] = views.by_nearness(camera)[0]
         kept = [self._textures.get(part.group.key) for part in parts]
         predicted = self._predictions.predict(parts, kept, view, [state.age for state in states])
         numbers: list[int | None] = [None] * len(parts)
-        if choice.directions:
+        if choice.settings.directions:
             turned = [self._towards_set(part, seen, view) for part, seen in zip(parts, predicted, strict=True)]
             predicted, numbers = [seen for seen, _ in turned], [number for _, number in turned]
-        actions = _asked(decide(states, [s.impostor for s in predicted], choice.life), states, predicted, choice)
+        actions = _asked(decide(states, [s.impostor for s in predicted], choice.settings, choice.model), states, predicted, choice)
         geometry_rows, drawn, reports = np.ones(len(scene.instances), bool), [], []
         for part, state, seen, action, number in zip(parts, states, predicted, actions, numbers, strict=True):
             action, shown = self._do(part, seen, action, draw_list, view, number)
@@ -143,7 +143,7 @@ class ImpostorLibrary:
         return self._views[key].bytes if key in self._views else 0
 
     def _towards_set(self, part: Part, seen: Predicted, view: ImpostorView) -> tuple[Predicted, int | None]:
-        return towards_set(part, seen, self._views.get(part.group.key), view, view.choice.directions, view.choice.views)
+        return towards_set(part, seen, self._views.get(part.group.key), view, view.choice.settings.directions, view.choice.settings.views)
 
     def _state(self, part: Part, draw_list: DrawList) -> ImpostorState:
         key = part.group.key
@@ -204,14 +204,14 @@ class ImpostorLibrary:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error)), seen
         self._predictions.costs.captured(key, float(time.perf_counter_ns() - begin), self._states[key].age if key in self._states else 0)
-        if fresh.edges.contour_share > view.choice.life.finest:
+        if fresh.edges.contour_share > view.choice.model.finest:
             self._predictions.remember_too_fine(key, fresh.frame)
             fresh.release()
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=TOO_FINE), seen
         self._keep(key, fresh, view, number)
-        if view.choice.break_even and view.choice.pixel_ns is None:
-            self._measure_impostor(part, fresh, seen.impostor.covered_px, view, view.choice.warp)
+        if view.choice.settings.break_even and view.choice.pixel_ns is None:
+            self._measure_impostor(part, fresh, seen.impostor.covered_px, view, view.choice.settings.warp)
         return action if fresh.edges.gathered is None else replace(action, reason=f"{action.reason}; {CARRIED}"), shown
 
     def _captured(
@@ -223,20 +223,20 @@ class ImpostorLibrary:
             self._captures[key] += 1
             known = _known(current, frame, view.choice) if renews else None
             fresh = capture(
-                self._device, draw_list, part.rows, frame, with_back=view.choice.back_layer, choice=view.choice.edges, known=known
+                self._device, draw_list, part.rows, frame, with_back=view.choice.settings.back_layer, choice=view.choice.edges, known=known
             )
             return fresh, self._predictions.predict_alone(part, fresh, view)
 
         key, current = part.group.key, self._textures.get(part.group.key)
         renews = current is not None and current.fingerprint == self._fingerprint(part, draw_list) and number is None
-        if renews and view.choice.mode == "automatic":
+        if renews and view.choice.settings.use == "automatic":
             ahead = self._ahead.frame(part, current, view)
             if ahead is not None:
                 fresh, shown = taken(ahead)
-                if self._ahead.holds(key, shown.impostor, view.choice.life):
+                if self._ahead.holds(key, shown.impostor, view.choice):
                     return fresh, shown
                 fresh.release()
-        return taken(seen.frame or capture_frame(part.hull_ws, view.camera, view.size, view.choice.capture))
+        return taken(seen.frame or view.frame_of(part.hull_ws))
 
     def _keep(self, key: Hashable, fresh: ImpostorTextures, view: ImpostorView, number: int | None) -> None:
         """Put a new capture among those of its impostor; captures of what the object was before go."""
@@ -246,25 +246,26 @@ class ImpostorLibrary:
         if key in self._old:
             self._old.pop(key).release()
         views = self._views.setdefault(key, Views())
-        if view.choice.life.fade_frames and number is None and view.choice.views == 1 and views.held:
+        settings = view.choice.settings
+        if settings.fade_frames and number is None and settings.views == 1 and views.held:
             self._old[key] = views.held.popitem()[1]
-        views.make_room(fresh.bytes, view.choice.life.memory_bytes, view.camera)
-        views.put(number, fresh, view.choice.views)
+        views.make_room(fresh.bytes, settings.memory_bytes, view.camera)
+        views.put(number, fresh, settings.views)
         self._textures[key] = views.by_nearness(view.camera)[0]
 
     def _drawn(self, part: Part, action: Action, shown: Predicted, camera: Camera, choice: ImpostorChoice) -> DrawnImpostor:
         """Further captures are drawn with one that is over the limit alone, or is of a set: with one within it they gain nothing."""
-        key = part.group.key
+        key, settings = part.group.key, choice.settings
         old = self._old.get(key)
-        if old is not None and tilt_rad(old.frame, camera) > choice.life.max_tilt_rad:
+        if old is not None and tilt_rad(old.frame, camera) > settings.max_tilt_rad:
             old = None
         textures = self._textures[key]
         at_rest = textures.frame.is_perspective and is_at_capture(textures.frame, camera)
-        near = [t for t in self._views[key].by_nearness(camera)[1 : choice.views] if tilt_rad(t.frame, camera) <= choice.life.max_tilt_rad]
-        gains = choice.directions > 0 or shown.impostor.predicted > choice.life.effective_limit
+        near = [t for t in self._views[key].by_nearness(camera)[1 : settings.views] if tilt_rad(t.frame, camera) <= settings.max_tilt_rad]
+        gains = settings.directions > 0 or shown.impostor.predicted > settings.effective_limit
         others = tuple(near) if gains and not at_rest else ()
         return DrawnImpostor(
-            textures, part.hull_ws, at_rest or action.stage == "sprite", choice.warp, action.fade, old, others, choice.fill
+            textures, part.hull_ws, at_rest or action.stage == "sprite", settings.warp, action.fade, old, others, settings.fill
         )
 
     def _report(self, part: Part, seen: Predicted, shown: Predicted, action: Action, choice: ImpostorChoice) -> ImpostorReport:
@@ -280,7 +281,7 @@ class ImpostorLibrary:
             seen.impostor.betas,
             seen.errors,
             shown.impostor.predicted if textures and shown.impostor.is_visible else None,
-            choice.life.effective_limit,
+            choice.settings.effective_limit,
             seen.impostor.tilt_rad,
             size,
             self._bytes(key),
@@ -296,22 +297,16 @@ def library_of(device: Device, fresh: bool = False) -> ImpostorLibrary:
     return device.attached("fresh impostors" if fresh else "impostors", lambda: ImpostorLibrary(device))
 
 
-def _view(camera: Camera, size: tuple[int, int], choice: ImpostorChoice, samples: int) -> ImpostorView:
-    """For whom the impostors are looked at; captures are laid so that the picture's samples fall on theirs."""
-    laid = replace(choice.capture, picture_samples=round(samples**0.5))
-    return ImpostorView(camera, size, replace(choice, capture=laid), samples)
-
-
 def _known(current: ImpostorTextures, frame: CaptureFrame, choice: ImpostorChoice) -> ReliefEdges | None:
     """What the predictors keep of the last capture, where it may serve a new one on `frame`."""
     edges = current.edges
-    alike = edges.choice == choice.edges and edges.has_back == choice.back_layer
+    alike = edges.choice == choice.edges and edges.has_back == choice.settings.back_layer
     return edges if alike and carries(edges, frame) else None
 
 
 def _asked(actions: list[Action], states: Sequence[ImpostorState], predicted: Sequence[Predicted], choice: ImpostorChoice) -> list[Action]:
     """In manual mode: what the user asked for instead of what the life cycle would renew; what is wrong is still never shown."""
-    if choice.mode == "automatic":
+    if choice.settings.use == "automatic":
         return actions
     out = []
     for action, state, seen in zip(actions, states, predicted, strict=True):
@@ -320,7 +315,7 @@ def _asked(actions: list[Action], states: Sequence[ImpostorState], predicted: Se
             out.append(Action(action.key, "regenerated", regenerate=True, reason="asked for"))
         elif action.regenerate:
             usable = state.is_captured and not state.is_stale and seen.impostor.predicted < np.inf
-            usable = usable and seen.impostor.tilt_rad <= choice.life.max_tilt_rad
+            usable = usable and seen.impostor.tilt_rad <= choice.settings.max_tilt_rad
             out.append(Action(action.key, "warp" if usable else "geometry", reason=action.reason))
         else:
             out.append(action)

@@ -15,7 +15,7 @@ import numpy as np
 from ...errors import SceneError
 from ...maths.relief.beta import Betas, BoundsSet, betas_of_set, bounds_set
 from ...maths.relief.error import EXACT, ReliefSet, predict, relief_set
-from ...maths.relief.frame import box_section, capture_frame, tilt_rad
+from ...maths.relief.frame import box_section, tilt_rad
 from ...maths.relief.life import SHARED, ViewedImpostor, share_wrong
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
@@ -125,7 +125,7 @@ class Predictions:
         if self._stacked is None or not _are(self._stacked[1].members, members) or self._stacked[0] != corners:
             hulls = bounds_set([t.frame for _, t in live], [p.hull_ws for p, _ in live])
             self._stacked = corners, relief_set(members), hulls, _Boxes.of(live)
-        exact = view.choice.exact or view.choice.life.predictor in EXACT
+        exact = view.choice.exact or view.choice.settings.predictor in EXACT
         _, textures, hulls, boxes = self._stacked
         errors = predict(textures, view.camera, view.size, exact)
         return errors, *betas_of_set(hulls, view.camera, view.size), boxes.shrunk(view.camera)
@@ -141,26 +141,27 @@ class Predictions:
         age: int,
     ) -> Predicted:
         """What a capture from here would take follows from the texture that is there. `turn`: tilt and how much smaller it is seen."""
-        life, frame, (tilt, shrunk) = view.choice.life, textures.frame, turn
+        settings, model, frame, (tilt, shrunk) = view.choice.settings, view.choice.model, textures.frame, turn
         texel_px = betas.texel / betas.screen
-        predicted, contours, covered = values[life.predictor], textures.edges.contour_share, values["covered_px"]
-        if life.predictor in SHARED:
-            predicted = share_wrong(predicted / covered, contours, texel_px, tilt, shrunk, life) if 0.0 < covered < np.inf else np.inf
+        predicted, contours, covered = values[settings.predictor], textures.edges.contour_share, values["covered_px"]
+        if settings.predictor in SHARED:
+            is_seen = 0.0 < covered < np.inf
+            predicted = share_wrong(predicted / covered, contours, texel_px, tilt, shrunk, settings, model) if is_seen else np.inf
         quad_px = frame.width * frame.height * texel_px**2
-        texels = min(quad_px * view.choice.capture.texels_per_pixel**2, float(view.choice.capture.max_texels) ** 2)
+        texels = min(quad_px * settings.texels_per_pixel**2, float(settings.max_texels) ** 2)
         costs, room = self.costs.of(part, view, quad_px, texels, age), texels * BYTES_PER_TEXEL
-        impostor = ViewedImpostor(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > life.finest)
+        impostor = ViewedImpostor(True, betas, predicted, tilt, quad_px, max(1, int(room)), *costs, is_too_fine=contours > model.finest)
         return Predicted(impostor, None, values)
 
     def _without_texture(self, part: Part, view: ImpostorView) -> Predicted:
         """What a capture from here would take, and the costs."""
         try:
-            frame = capture_frame(part.hull_ws, view.camera, view.size, view.choice.capture)
+            frame = view.frame_of(part.hull_ws)
             room, texels = capture_bytes(frame), frame.width * frame.height
         except SceneError:
             frame, room, texels = None, 0, 0
         too_fine = self._is_too_fine(part.group.key, frame, view.camera)
-        covered = texels / view.choice.capture.texels_per_pixel**2
+        covered = texels / view.choice.settings.texels_per_pixel**2
         costs = self.costs.of(part, view, covered, texels, 0)
         return Predicted(ViewedImpostor(True, None, np.inf, 0.0, covered, room, *costs, is_too_fine=too_fine), frame, {})
 

@@ -7,17 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...maths.domains import one_of, require, require_fields, same_as, within
+from ...maths.domains import require, require_fields, within
 from ...maths.frusta import box_corners
 from ...maths.relief.edges import EdgeChoice
-from ...maths.relief.frame import CaptureChoice
-from ...maths.relief.life import LifeSettings, ViewedImpostor
+from ...maths.relief.frame import capture_frame
+from ...maths.relief.life import LifeModel, ViewedImpostor
+from ...maths.relief.settings import USUAL, ImpostorSettings
 from ...maths.relief.warp import CaptureFrame
 from ...maths.view import Camera
 from ...scene.records import Scene
-from ...settings.groups import ImpostorSettings
-
-MODES = ("automatic", "manual")
 
 
 @dataclass(frozen=True)
@@ -31,37 +29,22 @@ class ImpostorGroup:
 
 @dataclass(frozen=True)
 class ImpostorChoice:
-    """The impostors wanted in a picture, and how they live: fields that `ImpostorSettings` has too mean the same.
+    """The impostors wanted in a picture: the `groups`, the user's `settings`, and what this picture asks beyond them.
 
-    `mode` 'manual' captures only the keys in `regenerate` (and what has no texture yet); 'automatic' lets the life cycle decide. `warp`
-    'inverse' follows view rays, 'forward' is the texts' pre-warp. `triangle_ns`, `pixel_ns`: what a triangle and an impostor's pixel cost,
-    for the break-even (None: measured), which counts captures and camera samples; `break_even` False draws impostors however cheap the
-    geometry is. `exact` also computes
-    the sums over all edges.
-    `views` captures at most are drawn together, where one alone is over the limit: the last ones or, with `directions` n > 0, those
-    nearest of n × n directions round the object, which are captured when first needed and kept. `fill`: what lay hidden behind a nearer
-    part at capture is taken to go on there.
-    `casters` 'impostor': what is drawn as impostor casts its shadow as one, captured from the light (`shadows.py`).
-    `fresh`: nothing is remembered of frames before, and nothing of this one by those that are not fresh.
+    With 'manual' use only the keys in `regenerate` are captured (and what has no texture yet). `triangle_ns`, `pixel_ns`: what a triangle
+    and an impostor's pixel cost, for the break-even (None: measured), which counts captures and camera samples. `exact` also computes the
+    sums over all edges. `alone`: nothing is remembered of frames before, and nothing of this one by those that are not alone.
     """
 
     groups: tuple[ImpostorGroup, ...] = ()
-    life: LifeSettings = field(default_factory=LifeSettings)
-    capture: CaptureChoice = field(default_factory=lambda: CaptureChoice(texels_per_pixel=ImpostorSettings().texels_per_pixel))
+    settings: ImpostorSettings = USUAL
+    model: LifeModel = field(default_factory=LifeModel)
     edges: EdgeChoice = field(default_factory=EdgeChoice)
-    back_layer: bool = same_as(ImpostorSettings, "back_layer")
-    mode: str = one_of("automatic", "Impostor mode", MODES)
-    warp: str = same_as(ImpostorSettings, "warp")
     regenerate: frozenset[Hashable] = frozenset()
     triangle_ns: float | None = within(None, "The cost of a triangle (ns)", 1e-9)
     pixel_ns: float | None = within(None, "The cost of a pixel (ns)", 1e-9)
-    break_even: bool = same_as(ImpostorSettings, "break_even")
     exact: bool = False
-    fresh: bool = False
-    views: int = same_as(ImpostorSettings, "views")
-    directions: int = same_as(ImpostorSettings, "directions")
-    fill: bool = same_as(ImpostorSettings, "fill")
-    casters: str = same_as(ImpostorSettings, "casters")
+    alone: bool = False
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -120,3 +103,10 @@ class ImpostorView:
     size: tuple[int, int]
     choice: ImpostorChoice
     samples: int = 1
+
+    def frame_of(self, hull_ws: np.ndarray, camera: Camera | None = None) -> CaptureFrame:
+        """The frame of a capture from `camera` (None: from here), laid so that the picture's samples fall on the texels' own.
+
+        Raises `SceneError` where none is possible.
+        """
+        return capture_frame(hull_ws, camera or self.camera, self.size, self.choice.settings, round(self.samples**0.5))

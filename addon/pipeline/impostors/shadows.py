@@ -78,7 +78,7 @@ class CasterLibrary:
             wanted = []
         for key in [key for key in self._kept if key not in {group.key for group in wanted}]:
             self._kept.pop(key)[1].release()
-        rows, textures, room = np.ones(len(scene.instances), bool), [], choice.life.regenerations
+        rows, textures, room = np.ones(len(scene.instances), bool), [], choice.settings.regenerations
         for part in parts_of(scene, wanted):
             if _is_too_large(part.hull_ws, plan):
                 continue
@@ -98,7 +98,8 @@ class CasterLibrary:
             former[1].release()
         try:
             camera = light_camera(light, part.hull_ws)
-            laid = replace(choice.capture, perspective=light.kind != "sun", texels_per_pixel=0.5)
+            projection = "orthographic" if light.kind == "sun" else "perspective"
+            laid = replace(choice.settings, projection=projection, texels_per_pixel=0.5)
             textures = capture(
                 self._device, draw_list, part.rows, capture_frame(part.hull_ws, camera, (map_size, map_size), laid), with_back=False
             )

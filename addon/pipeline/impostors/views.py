@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...errors import SceneError
-from ...maths.relief.frame import capture_frame, tilt_rad
+from ...maths.relief.frame import tilt_rad
 from ...maths.relief.views import nearest_views, view_camera, view_directions
 from ...maths.view import Camera
 from ..device import Device
@@ -118,10 +118,10 @@ def towards_set(
     missing = [int(n) for n in wanted if int(n) not in held]
     number = missing[0] if missing else int(wanted[0])
     try:
-        frame = capture_frame(part.hull_ws, view_camera(view.camera, centre, directions[number]), view.size, view.choice.capture)
+        frame = view.frame_of(part.hull_ws, view_camera(view.camera, centre, directions[number]))
     except SceneError:
         return seen, None
-    error = view.choice.life.effective_limit * MISSING if missing else 0.0
+    error = view.choice.settings.effective_limit * MISSING if missing else 0.0
     predicted = error if seen.impostor.predicted < np.inf else np.inf
-    room = min(capture_bytes(frame) + (views.bytes if views is not None else 0), view.choice.life.memory_bytes)
+    room = min(capture_bytes(frame) + (views.bytes if views is not None else 0), view.choice.settings.memory_bytes)
     return replace(seen, impostor=replace(seen.impostor, predicted=predicted, capture_bytes=room), frame=frame), number

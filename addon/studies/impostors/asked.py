@@ -12,17 +12,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ...maths.domains import shared_values
 from ...scene.records import Mark, Scene
 from ..run import submit, submit_task
 
 if TYPE_CHECKING:
     from ...errors import GpuError, SceneError
+    from ...maths.relief.settings import ImpostorSettings
     from ...maths.relief.warp import CaptureFrame
     from ...pipeline.impostors.baked import BakedImpostor
     from ...pipeline.impostors.records import ImpostorChoice, ImpostorGroup
     from ...pipeline.job import Job
-    from ...settings.groups import ImpostorSettings
     from ..pending import Pending
     from ..run import Outcome
 
@@ -80,19 +79,19 @@ def choice_for(
     regenerate: frozenset[Hashable] = frozenset(),
 ) -> ImpostorChoice:
     """The choice for given groups; `exact` also computes the predictor whose cost grows with the texture."""
-    from ...maths.relief.frame import CaptureChoice
-    from ...maths.relief.life import ALL_AT_ONCE, LifeSettings
+    from ...maths.relief.life import LifeModel
+    from ...maths.relief.settings import ALL_AT_ONCE
     from ...pipeline.impostors.records import ImpostorChoice
 
-    is_manual, fresh = settings.use == "manual", fresh and settings.use == "automatic"
-    life = shared_values(settings, LifeSettings) | {"memory_bytes": settings.memory_mib << 20}
-    life |= {"regenerations": ALL_AT_ONCE} if fresh else {}
-    life |= {"waiting": AS_LONG_AS_THE_USER_WANTS} if is_manual else {}
-    asked = shared_values(settings, ImpostorChoice) | {"exact": exact, "fresh": fresh, "regenerate": regenerate}
-    asked |= {"mode": "manual" if is_manual else "automatic", "break_even": settings.break_even and settings.use == "automatic"}
-    asked |= {"triangle_ns": TRIANGLE_NS, "pixel_ns": PIXEL_NS} if fresh else {}
-    capture = CaptureChoice(settings.projection == "perspective", **shared_values(settings, CaptureChoice))
-    return ImpostorChoice(groups, LifeSettings(**life), capture, **asked)
+    alone = fresh and settings.use == "automatic"
+    model = LifeModel(waiting=AS_LONG_AS_THE_USER_WANTS) if settings.use == "manual" else LifeModel()
+    costs = {"triangle_ns": TRIANGLE_NS, "pixel_ns": PIXEL_NS} if alone else {}
+    lived = replace(
+        settings,
+        break_even=settings.break_even and settings.use == "automatic",
+        regenerations=ALL_AT_ONCE if alone else settings.regenerations,
+    )
+    return ImpostorChoice(groups, lived, model, regenerate=regenerate, exact=exact, alone=alone, **costs)
 
 
 def baked(job: Job, groups: tuple[ImpostorGroup, ...], unlit: bool = False) -> list[BakedImpostor | SceneError | GpuError]:

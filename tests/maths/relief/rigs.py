@@ -4,7 +4,8 @@ from math import tan
 
 import numpy as np
 
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
+from addon.maths.relief.settings import ImpostorSettings
 from addon.maths.relief.warp import CaptureFrame, pixel_from_clip, relief_from_depth
 from addon.maths.view import Camera
 
@@ -55,12 +56,17 @@ def direction(rng: np.random.Generator) -> np.ndarray:
             return d
 
 
+def chosen(perspective: bool = True, texels_per_pixel: float = 1.0, **other) -> ImpostorSettings:
+    """Settings of a capture, with one texel a pixel."""
+    return ImpostorSettings(projection="perspective" if perspective else "orthographic", texels_per_pixel=texels_per_pixel, **other)
+
+
 def capture_of(rng: np.random.Generator, hull: np.ndarray, perspective: bool) -> tuple[CaptureFrame, Camera]:
     """A frame and the camera that made it, 3…16 radii away, aiming a little beside the object."""
     radius = np.linalg.norm(np.ptp(hull, axis=0)) / 2
     eye = hull.mean(axis=0) + direction(rng) * radius * rng.uniform(3, 16)
     camera = look_at(eye, hull.mean(axis=0) + rng.uniform(-0.5, 0.5, 3) * radius)
-    return capture_frame(hull, camera, IMAGE, CaptureChoice(perspective=perspective)), camera
+    return capture_frame(hull, camera, IMAGE, chosen(perspective=perspective)), camera
 
 
 def random_eye(rng: np.random.Generator, hull: np.ndarray, camera: Camera, ortho: bool) -> Camera:

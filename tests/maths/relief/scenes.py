@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
+from addon.maths.relief.settings import ImpostorSettings
 from addon.maths.relief.warp import CaptureFrame
 from addon.maths.view import Camera
-from tests.maths.relief.rigs import corners, look_at
+from tests.maths.relief.rigs import chosen, corners, look_at
 
 
 @dataclass(frozen=True)
@@ -89,9 +90,9 @@ class Capture:
     mask: np.ndarray
 
 
-def capture(solids: Solids, camera: Camera, size: tuple[int, int], choice: CaptureChoice | None = None) -> Capture:
+def capture(solids: Solids, camera: Camera, size: tuple[int, int], choice: ImpostorSettings | None = None) -> Capture:
     """What the camera captures of the solids: depth, back and last surface in metres behind the plane, mask."""
-    frame = capture_frame(solids.hull, camera, size, choice or CaptureChoice())
+    frame = capture_frame(solids.hull, camera, size, choice or chosen())
     own = frame.camera()
     origins, rays = pixel_rays(own, (frame.width, frame.height))
     start = origins - rays * 1e3 * (not frame.is_perspective)

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.maths.relief.beta import beta_screen, betas
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from tests.margins import agree
-from tests.maths.relief.rigs import HALF_FOV, IMAGE, capture_of, corners, homography_of_quad, hull_of, look_at, ortho_at, random_eye
+from tests.maths.relief.rigs import HALF_FOV, IMAGE, capture_of, chosen, corners, homography_of_quad, hull_of, look_at, ortho_at, random_eye
 
 BOX = corners([-1, -1, -1], [1, 1, 1])
 
@@ -45,14 +45,14 @@ def test_at_the_captures_eye_a_perspective_sprite_is_exact_and_an_orthographic_o
     camera = look_at([0, -9, 0], [0, 0, 0])
     exact = betas(capture_frame(BOX, camera, IMAGE), BOX, camera, IMAGE)
     assert max(exact.total, exact.trans_p, exact.trans_n) < 1e-9
-    flat = betas(capture_frame(BOX, camera, IMAGE, CaptureChoice(perspective=False)), BOX, camera, IMAGE)
+    flat = betas(capture_frame(BOX, camera, IMAGE, chosen(perspective=False)), BOX, camera, IMAGE)
     assert flat.total > flat.screen
 
 
 def test_the_orthographic_error_at_rest_is_the_known_formula():
     """f·r·d/(D(D − d)) pixels for a point r beside the axis and d behind the plane (method §7)."""
     camera = look_at([0, -9, 0], [0, 0, 0])
-    frame = capture_frame(BOX, camera, IMAGE, CaptureChoice(perspective=False))
+    frame = capture_frame(BOX, camera, IMAGE, chosen(perspective=False))
     point = np.array([[0.9, 1.0, 0.0]])
     focal = IMAGE[1] / 2 / np.tan(HALF_FOV)
     shown = frame.texels(point)[0]

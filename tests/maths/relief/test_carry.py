@@ -12,10 +12,9 @@ from addon.errors import SceneError
 from addon.maths.relief.carry import carried, carries
 from addon.maths.relief.edges import ReliefEdges, relief_edges
 from addon.maths.relief.error import EXACT, PREDICTORS, predict_one
-from addon.maths.relief.frame import CaptureChoice
 from addon.maths.view import Camera
 from tests.margins import agree
-from tests.maths.relief.rigs import look_at, random_eye
+from tests.maths.relief.rigs import chosen, look_at, random_eye
 from tests.maths.relief.scenes import Capture, Solids, capture, machine, orbit
 
 SIZE = (200, 150)
@@ -32,7 +31,7 @@ def _over(edges: ReliefEdges, seen: Capture) -> ReliefEdges:
 
 def _from(solids: Solids, distance: float, turn: float = 0.0, **choice) -> tuple[Capture, object]:
     camera = orbit(solids.hull.mean(axis=0), distance, 0.3 + turn, zoom=ZOOM)
-    return capture(solids, camera, SIZE, CaptureChoice(**choice)), camera
+    return capture(solids, camera, SIZE, chosen(**choice)), camera
 
 
 def _machine_seen(seed: int, perspective: bool) -> tuple[Solids, Capture, Iterator[Camera]]:

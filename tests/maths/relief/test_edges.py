@@ -5,10 +5,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.maths.relief.edges import SHIFTS, EdgeChoice, directional_sums, relief_edges
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from addon.maths.relief.warp import relief_from_depth, shift_unit
 from tests.margins import agree
-from tests.maths.relief.rigs import IMAGE, capture_of, hull_of
+from tests.maths.relief.rigs import IMAGE, capture_of, chosen, hull_of
 
 
 def _texture(rng: np.random.Generator):
@@ -16,7 +16,7 @@ def _texture(rng: np.random.Generator):
     hull = hull_of(rng)
     perspective = bool(rng.integers(2))
     _, camera = capture_of(rng, hull, perspective)
-    frame = capture_frame(hull, camera, IMAGE, CaptureChoice(perspective=perspective, max_texels=24))
+    frame = capture_frame(hull, camera, IMAGE, chosen(perspective=perspective, max_texels=24))
     shape = (frame.height, frame.width)
     depth = rng.choice([0.0, 0.3, 0.35, 0.9], shape) * frame.depth_m
     mask = rng.uniform(0, 1, shape) < 0.8

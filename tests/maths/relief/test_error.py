@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from addon.errors import SceneError, SettingsError
 from addon.maths.relief.edges import EdgeChoice, relief_edges
 from addon.maths.relief.error import EXACT, PREDICTORS, predict, predict_one, relief_set
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from addon.maths.relief.outline import hull_pieces
 from addon.maths.relief.warp import eye_in_plane, relief_warp
 from tests.margins import agree, at_most
@@ -19,6 +19,7 @@ from tests.maths.relief.rigs import (
     IMAGE,
     apply_homography,
     capture_of,
+    chosen,
     corners,
     homography_of_quad,
     hull_of,
@@ -29,14 +30,14 @@ from tests.maths.relief.rigs import (
 )
 from tests.maths.relief.scenes import Solids, capture, machine, orbit, unseen_pixels
 
-SMALL = CaptureChoice(max_texels=24)
+SMALL = chosen(max_texels=24)
 
 
 def _relief_map(rng: np.random.Generator, perspective: bool, ortho_view: bool = False):
     """A small frame with random blocky depths, and an eye elsewhere."""
     hull = hull_of(rng)
     _, capture_camera = capture_of(rng, hull, perspective)
-    frame = capture_frame(hull, capture_camera, IMAGE, CaptureChoice(perspective=perspective, max_texels=24))
+    frame = capture_frame(hull, capture_camera, IMAGE, chosen(perspective=perspective, max_texels=24))
     shape = (frame.height, frame.width)
     depth = np.kron(rng.uniform(0, 1, (8, 8)), np.ones((4, 4)))[: shape[0], : shape[1]] * frame.depth_m
     mask = np.kron(rng.uniform(0, 1, (8, 8)) < 0.8, np.ones((4, 4), bool))[: shape[0], : shape[1]]
@@ -166,7 +167,7 @@ def _sums(seed: int, perspective: bool) -> Iterator[tuple[float, float, float]]:
     rng = np.random.default_rng(seed)
     solids = machine(rng)
     middle = solids.hull.mean(axis=0)
-    seen = capture(solids, orbit(middle, 9.0, 0.3), (96, 72), CaptureChoice(perspective=perspective))
+    seen = capture(solids, orbit(middle, 9.0, 0.3), (96, 72), chosen(perspective=perspective))
     edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
     ahead = seen.camera.eye_ws + rng.uniform(-0.4, 1) * (seen.camera.eye_ws - middle)
     for camera in (random_eye(rng, solids.hull, seen.camera, False), look_at(ahead, middle)):
@@ -203,7 +204,7 @@ def test_the_edge_sum_of_a_box_is_the_side_it_uncovers():
     """A box seen straight on: from any other side the capture lacks the side walls, whose pixels are counted exactly by casting rays."""
     box, size = Solids(np.array([[[-0.5, -0.8, -0.6], [0.5, 0.8, 0.6]]]), np.empty((0, 4))), (320, 240)
     for perspective in (False, True):
-        seen = capture(box, look_at([0, -9, 0], [0, 0, 0]), size, CaptureChoice(perspective=perspective, texels_per_pixel=2.0))
+        seen = capture(box, look_at([0, -9, 0], [0, 0, 0]), size, chosen(perspective=perspective, texels_per_pixel=2.0))
         edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
         for eye in ([2, -9, 0], [-3, -8, 0], [2, -8, 3], [0, -14, 4], [1.5, -5, 0.5]):
             camera = look_at(eye, [0, 0, 0])
@@ -243,7 +244,7 @@ def test_many_textures_at_once_give_what_each_gives_alone():
     rng = np.random.default_rng(10)
     members, camera = [], orbit([0, 0, 0], 11.0, 0.1)
     for perspective in (False, True, True, False):
-        seen = capture(machine(rng), orbit([0, 0, 0], 9.0, rng.uniform(-0.5, 0.5)), (96, 72), CaptureChoice(perspective=perspective))
+        seen = capture(machine(rng), orbit([0, 0, 0], 9.0, rng.uniform(-0.5, 0.5)), (96, 72), chosen(perspective=perspective))
         members.append(relief_edges(seen.frame, seen.depth, seen.mask, seen.back))
     together = predict(relief_set(members), camera, IMAGE)
     assert set(together) == {*PREDICTORS, "covered_px"}
@@ -299,7 +300,7 @@ def _hollow(side: float, depth: float, wall: float) -> Solids:
 def test_a_face_that_turns_up_from_behind_the_outline_is_counted(solids, perspective):
     """What no texel of the capture holds and no texel lies before: predicted from the last surfaces, counted by casting rays."""
     size = (200, 200)
-    seen = capture(solids, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.5), size, CaptureChoice(perspective=perspective))
+    seen = capture(solids, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.5), size, chosen(perspective=perspective))
     edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back, last_m=seen.last)
     for angle, elevation in ((0.1, 0.0), (-0.25, 0.0), (0.4, 0.1)):
         camera = orbit([0, 0, 0], 9.0, angle, elevation, zoom=2.5)
@@ -340,7 +341,7 @@ def test_a_rod_uncovers_no_more_than_its_own_width_and_side():
     """A thin rod far before a wall: however far the eye moves, what comes into view is as wide as the rod and its side."""
     rod = Solids(np.array([[[-0.05, -1.0, -0.6], [0.05, -0.9, 0.6]], [[-1.0, 0.9, -1.0], [1.0, 1.0, 1.0]]]), np.empty((0, 4)))
     size = (320, 240)
-    seen = capture(rod, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.0), size, CaptureChoice(texels_per_pixel=2.0))
+    seen = capture(rod, orbit([0, 0, 0], 9.0, 0.0, 0.0, zoom=2.0), size, chosen(texels_per_pixel=2.0))
     edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
     for angle in (0.1, 0.25, 0.4):
         camera = orbit([0, 0, 0], 9.0, angle, 0.0, zoom=2.0)
@@ -373,7 +374,7 @@ def test_a_texture_that_says_nothing_is_refused(broken):
 
 def test_the_covered_pixels_are_those_of_the_mask_seen_at_its_plane():
     ball = Solids(np.empty((0, 2, 3)), np.array([[0.0, 0.0, 0.0, 0.8]]))
-    seen = capture(ball, orbit([0, 0, 0], 9.0, 0.0), IMAGE, CaptureChoice(texels_per_pixel=0.5))
+    seen = capture(ball, orbit([0, 0, 0], 9.0, 0.0), IMAGE, chosen(texels_per_pixel=0.5))
     edges = relief_edges(seen.frame, seen.depth, seen.mask, seen.back)
     assert predict_one(edges, seen.camera, IMAGE)["covered_px"] == pytest.approx(4 * seen.mask.sum(), rel=0.02)
 

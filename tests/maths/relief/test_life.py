@@ -10,9 +10,13 @@ from hypothesis import strategies as st
 from addon.errors import SettingsError
 from addon.maths.relief.beta import Betas
 from addon.maths.relief.error import PREDICTORS
-from addon.maths.relief.life import LIMITS, STAGES, Action, ImpostorState, LifeSettings, ViewedImpostor, advance, decide, share_wrong
+from addon.maths.relief.life import STAGES, Action, ImpostorState, LifeModel, ViewedImpostor, advance, decide, share_wrong
+from addon.maths.relief.settings import LIMITS, ImpostorSettings
 
-RULES = LifeSettings(predictor="edge_fast_px", limit=1.0, sprite_px=1.0, memory_bytes=1000)
+RULES = ImpostorSettings(predictor="edge_fast_px", limit=1.0, sprite_px=1.0, memory_mib=1)
+MODEL = LifeModel()
+SHARE = 1024
+"""Bytes of 1/1024 of the textures' memory."""
 
 
 def _betas(total: float = 0.0, texel: float = 1.0, trans_n: float = 0.0) -> Betas:
@@ -20,15 +24,15 @@ def _betas(total: float = 0.0, texel: float = 1.0, trans_n: float = 0.0) -> Beta
 
 
 def _impostor(**changes) -> ViewedImpostor:
-    return replace(ViewedImpostor(betas=_betas(), predicted=0.0, covered_px=100.0, capture_bytes=10, impostor_cost=1.0), **changes)
+    return replace(ViewedImpostor(betas=_betas(), predicted=0.0, covered_px=100.0, capture_bytes=10 * SHARE, impostor_cost=1.0), **changes)
 
 
 def _live(key: object = 0, **changes) -> ImpostorState:
-    return replace(ImpostorState(key, is_captured=True, stage="warp", bytes=10), **changes)
+    return replace(ImpostorState(key, is_captured=True, stage="warp", bytes=10 * SHARE), **changes)
 
 
-def _one(state: ImpostorState, impostor: ViewedImpostor, rules: LifeSettings = RULES) -> Action:
-    return decide([state], [impostor], rules)[0]
+def _one(state: ImpostorState, impostor: ViewedImpostor, rules: ImpostorSettings = RULES, model: LifeModel = MODEL) -> Action:
+    return decide([state], [impostor], rules, model)[0]
 
 
 def test_a_new_impostor_is_captured_then_a_sprite_then_warped_then_renewed():
@@ -85,9 +89,9 @@ def test_coming_near_renews_by_the_texel_or_by_schauflers_angle():
     coarse, moved = _impostor(betas=_betas(texel=1.6)), _impostor(betas=_betas(trans_n=1.1))
     assert _one(_live(), coarse).regenerate
     assert not _one(_live(), moved).regenerate
-    schaufler = replace(RULES, approach="schaufler")
-    assert _one(_live(), moved, schaufler).regenerate
-    assert not _one(_live(), coarse, schaufler).regenerate
+    schaufler = LifeModel(approach="schaufler")
+    assert _one(_live(), moved, model=schaufler).regenerate
+    assert not _one(_live(), coarse, model=schaufler).regenerate
 
 
 def test_geometry_is_drawn_where_it_is_cheaper_with_hysteresis():
@@ -127,8 +131,8 @@ def test_the_crossfade_ends_after_its_frames():
 
 
 def test_hidden_impostors_cost_nothing_and_are_given_up_first():
-    states = [_live(0, bytes=600, unseen=3), _live(1, bytes=600), ImpostorState(2)]
-    impostors = [_impostor(is_visible=False), _impostor(covered_px=5.0), _impostor(capture_bytes=300)]
+    states = [_live(0, bytes=600 * SHARE, unseen=3), _live(1, bytes=600 * SHARE), ImpostorState(2)]
+    impostors = [_impostor(is_visible=False), _impostor(covered_px=5.0), _impostor(capture_bytes=300 * SHARE)]
     actions = decide(states, impostors, RULES)
     assert [a.stage for a in actions] == ["hidden", "sprite", "regenerated"]
     assert [a.evict for a in actions] == [True, False, False]
@@ -137,7 +141,7 @@ def test_hidden_impostors_cost_nothing_and_are_given_up_first():
 
 
 def test_a_capture_larger_than_the_memory_is_never_made():
-    action = _one(ImpostorState(0), _impostor(capture_bytes=2000))
+    action = _one(ImpostorState(0), _impostor(capture_bytes=2000 * SHARE))
     assert (action.stage, action.regenerate, action.evict) == ("geometry", False, False)
 
 
@@ -148,7 +152,7 @@ _SIGHTS = st.builds(
     predicted=st.sampled_from([0.0, 0.5, 0.9, 1.2, 3.0, inf]),
     tilt_rad=st.floats(0, 1.2),
     covered_px=st.floats(0, 1e5),
-    capture_bytes=st.integers(0, 1200),
+    capture_bytes=st.integers(0, 1200 * SHARE),
     impostor_cost=st.floats(0, 2),
     geometry_cost=st.floats(0, 2),
 )
@@ -158,7 +162,7 @@ _STATES = st.builds(
     st.booleans(),
     st.sampled_from(STAGES),
     st.integers(0, 9),
-    st.integers(1, 900),
+    st.integers(1, 900 * SHARE),
 )
 
 
@@ -190,46 +194,59 @@ def test_budgets_hold_and_nothing_wrong_is_shown_whatever_happens(pairs, regener
 def test_the_neediest_go_first(pairs):
     states = [replace(s, key=i) for i, (s, _) in enumerate(pairs)]
     impostors = [replace(v, capture_bytes=min(v.capture_bytes, 1)) for _, v in pairs]
-    alone = [_one(s, v, replace(RULES, memory_bytes=10**9)) for s, v in zip(states, impostors, strict=True)]
-    together = decide(states, impostors, replace(RULES, memory_bytes=10**9))
+    alone = [_one(s, v, replace(RULES, memory_mib=1000)) for s, v in zip(states, impostors, strict=True)]
+    together = decide(states, impostors, replace(RULES, memory_mib=1000))
     assert any(a.regenerate for a in together) == any(a.regenerate for a in alone)
     assert all(b.regenerate for a, b in zip(together, alone, strict=True) if a.regenerate)
 
 
 def test_every_predictor_has_a_limit():
     assert set(LIMITS) == set(PREDICTORS)
-    assert LifeSettings(predictor="critical").effective_limit == LIMITS["critical"]
+    assert ImpostorSettings(predictor="critical").effective_limit == LIMITS["critical"]
 
 
 def test_the_share_of_wrong_pixels_weighs_openings_contours_and_the_turn_and_grows_as_the_object_is_seen_smaller():
-    weighed = LifeSettings(opening=0.5, resampling=0.25, turning=0.125)
-    assert share_wrong(0.1, 0.2, 1.0, 0.0, 1.0, weighed) == pytest.approx(0.1)
-    assert share_wrong(0.1, 0.2, 1.0, 0.0, 0.5, weighed) == pytest.approx(0.4)
-    assert share_wrong(0.0, 0.0, 1.0, atan(0.4), 1.0, weighed) == pytest.approx(0.05)
-    assert share_wrong(0.0, 0.0, 1.0, 3.0, 1.0, weighed) == pytest.approx(0.125)
-    assert share_wrong(0.0, 0.2, 0.125, 0.0, 1.0, weighed) == pytest.approx(0.2)
+    weighed = RULES, LifeModel(opening=0.5, resampling=0.25, turning=0.125)
+    assert share_wrong(0.1, 0.2, 1.0, 0.0, 1.0, *weighed) == pytest.approx(0.1)
+    assert share_wrong(0.1, 0.2, 1.0, 0.0, 0.5, *weighed) == pytest.approx(0.4)
+    assert share_wrong(0.0, 0.0, 1.0, atan(0.4), 1.0, *weighed) == pytest.approx(0.05)
+    assert share_wrong(0.0, 0.0, 1.0, 3.0, 1.0, *weighed) == pytest.approx(0.125)
+    assert share_wrong(0.0, 0.2, 0.125, 0.0, 1.0, *weighed) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"approach": "x"},
+        {"texel_px": float("inf")},
+        {"hysteresis": 0.0},
+        {"waiting": 0.5},
+        {"opening": -0.1},
+        {"turning": float("nan")},
+    ],
+)
+def test_a_model_outside_its_domain_is_refused(wrong):
+    with pytest.raises(SettingsError):
+        LifeModel(**wrong)
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
         {"predictor": "guess"},
-        {"approach": "x"},
         {"limit": 0.0},
         {"limit": float("nan")},
         {"sprite_px": -0.1},
-        {"texel_px": float("inf")},
         {"max_tilt_deg": 90.0},
         {"ahead": 0.96},
-        {"hysteresis": 0.0},
-        {"waiting": 0.5},
-        {"opening": -0.1},
-        {"turning": float("nan")},
         {"regenerations": -1},
-        {"memory_bytes": 0},
+        {"memory_mib": 0},
         {"fade_frames": -1},
+        {"texels_per_pixel": 0.0},
+        {"texels_per_pixel": float("nan")},
+        {"max_texels": 8},
     ],
 )
 def test_settings_outside_their_domain_are_refused(wrong):
     with pytest.raises(SettingsError):
-        LifeSettings(**wrong)
+        ImpostorSettings(**wrong)

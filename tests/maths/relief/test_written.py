@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from addon.maths.relief.edges import EdgeChoice, relief_edges
 from addon.maths.relief.error import EXACT, predict, predict_one, relief_set
-from addon.maths.relief.frame import CaptureChoice, capture_frame
+from addon.maths.relief.frame import capture_frame
 from addon.maths.relief.warp import relief_from_depth, relief_warp
 from tests.margins import agree
-from tests.maths.relief.rigs import IMAGE, capture_of, hull_of, ortho_at, project_texels, random_eye
+from tests.maths.relief.rigs import IMAGE, capture_of, chosen, hull_of, ortho_at, project_texels, random_eye
 from tests.maths.relief.scenes import capture, machine, orbit
 
 
@@ -18,7 +18,7 @@ def _blocks(rng: np.random.Generator, perspective: bool):
     """A small frame, random depths in blocks of 4 × 4 texels with a back, and an eye elsewhere."""
     hull = hull_of(rng)
     _, camera = capture_of(rng, hull, perspective)
-    frame = capture_frame(hull, camera, IMAGE, CaptureChoice(perspective=perspective, max_texels=24))
+    frame = capture_frame(hull, camera, IMAGE, chosen(perspective=perspective, max_texels=24))
     cut = np.s_[: frame.height, : frame.width]
     depth = np.kron(rng.uniform(0, 1, (8, 8)), np.ones((4, 4)))[cut] * frame.depth_m
     mask = np.kron(rng.uniform(0, 1, (8, 8)) < 0.8, np.ones((4, 4), bool))[cut]
