@@ -103,6 +103,42 @@ def test_coincident_and_doubled_faces_never_shadow_themselves(backend, offset):
         assert truth.lit[truth.lit_facing].all()
 
 
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("half", [1e2, 1e4, 1e5])
+@pytest.mark.parametrize("seed", range(3))
+def test_on_a_ground_of_any_size_each_ray_ends_where_float64_says(backend, half, seed):
+    """Millimetre plates and rods over one turned quad, off its middle: its corners in float32 are millimetres beside where they are."""
+    rng = np.random.default_rng(seed)
+    turned = np.eye(4)
+    turned[:3, :3] = scenes.look_at(tuple(rng.normal(size=3)), (0, 0, 0)).view_from_world[:3, :3].T
+    at = np.append(rng.uniform(-0.6, 0.6, 2) * half, 0.0)
+    parts = []
+    for height in (0.001, 0.01, 0.1):
+        x, y = rng.uniform(-0.5, 0.5, 2)
+        parts += [scenes.box((x, y, height), (x + 0.4, y + 0.3, height + 0.001)), scenes.rod((y, x, height), (y, x + 0.3, height), 0.0007)]
+    placed = turned.copy()
+    placed[:3, 3] = turned[:3, :3] @ at
+    scene = scenes.scene_of(scenes.floor(half), *parts, matrices=[turned, *([placed] * len(parts))])
+    axes, middle = turned[:3, :3], placed[:3, 3]
+    camera = scenes.look_at(tuple(middle + axes @ [0.7, -1.1, 0.8]), tuple(middle), near=0.05)
+    light = Light("sun", axes @ scenes.sun(15.0, 70.0 * seed).direction_ws)
+    tracer = TruthTracer(scene, backend, anchor_ws=camera.anchor_ws(0.05))
+    truth = tracer.trace(camera, light, SIZE)
+    corners = tracer.triangles.corners
+    origins, directions, lengths = camera_rays(camera, SIZE, pixel_centres(SIZE))
+    distance, triangle = first_hits(corners, origins, directions)
+    seen = distance < lengths
+    assert seen.mean() > 0.5
+    agree = truth.object.ravel() == np.where(seen, tracer.triangles.object_id[triangle], -1)
+    assert np.count_nonzero(~agree) <= 2
+    lit_facing = truth.lit_facing.ravel()
+    point = truth.point_ws.reshape(-1, 3)[lit_facing]
+    start = point + 1e-6 * truth.normal_ws.reshape(-1, 3)[lit_facing]
+    blocked = np.isfinite(first_hits(corners, start, np.broadcast_to(light.direction_ws, start.shape))[0])
+    assert 20 < blocked.sum() < len(blocked)
+    assert np.count_nonzero(blocked == truth.lit.ravel()[lit_facing]) <= 4
+
+
 def test_a_sheet_is_dark_on_the_side_away_from_the_light_and_lit_on_the_other_whatever_its_winding():
     below = scenes.look_at((0.0, -1.0, 0.1), (0.0, 0.3, 0.9), near=0.01)
     above = scenes.look_at((0.0, -4.0, 4.0), (0.0, 0.0, 0.9))
@@ -298,7 +334,7 @@ def test_between_two_questions_whether_to_go_on_few_rays_are_traced(monkeypatch)
         traced[0] = 0
 
     tracer = TruthTracer(scenes.closed_box(), go_on=go_on)
-    cast = tracer._backend._cast
-    tracer._backend._cast = lambda *ray: (traced.__setitem__(0, traced[0] + 1), cast(*ray))[1]
+    cast = tracer._backend._backend._cast
+    tracer._backend._backend._cast = lambda *ray: (traced.__setitem__(0, traced[0] + 1), cast(*ray))[1]
     tracer.trace(scenes.look_at((-6, -5, 4), (-1, -0.5, 0.5)), scenes.sun(40.0), (40, 40))
     assert len(most) > 16 and max(most) == 100

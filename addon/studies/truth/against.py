@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...errors import Cancelled, SceneError
+from ...maths.anchored_camera import AnchoredCamera
 from ..pending import Cancels
 from ..run import Outcome
 from . import TruthTracer, compare
@@ -25,7 +26,8 @@ def against_truth(outcome: Outcome, is_given_up: Cancels = lambda: False) -> np.
     job = outcome.job
     if job.light is None:
         raise SceneError("There is no shadow to compare: the scene has no light. Add one, or choose a direction.")
-    tracer = TruthTracer(job.scene, go_on=go_on)
+    anchor = AnchoredCamera.of(job.camera, job.scene.instance_bounds_ws()).anchor_ws
+    tracer = TruthTracer(job.scene, go_on=go_on, anchor_ws=anchor)
     truth = tracer.trace(job.camera, job.light, job.size)
     metrics, difference = compare(outcome.frame, truth, job.camera, job.light, job.settings.fit.size, tracer)
     outcome.report["truth"] = metrics

@@ -77,3 +77,38 @@ class EmbreeBackend:
 
 
 BACKENDS = {"blender": BlenderBackend, "embree": EmbreeBackend}
+
+
+class ExactForLarge:
+    """A ray tracer for most triangles, and float64 for a few: `large` (L,) rows of `corners` (T, 3, 3), which float32 would bend."""
+
+    def __init__(self, corners: np.ndarray, large: np.ndarray, backend: Callable[..., Backend], go_on: Callable[[], None]) -> None:
+        self._large, self._large_corners = large, corners[large]
+        self._small = np.setdiff1d(np.arange(len(corners)), large)
+        self._backend = backend(corners[self._small], go_on) if len(self._small) else None
+
+    def nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """First triangle along each ray, and its distance."""
+        triangle, distance = np.full(len(origins), -1), np.full(len(origins), np.inf)
+        if self._backend is not None:
+            found, distance = self._backend.nearest(origins, directions, limits)
+            triangle[found >= 0] = self._small[found[found >= 0]]
+        for row, (a, b, c) in zip(self._large, self._large_corners, strict=True):
+            at = met_at(a, b - a, c - a, origins, directions)
+            nearer = (at > 0.0) & (at < distance) & (at <= limits)
+            triangle[nearer], distance[nearer] = row, at[nearer]
+        return triangle, distance
+
+
+def met_at(corner: np.ndarray, e1: np.ndarray, e2: np.ndarray, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """(R,) where rays meet the triangle of a corner (3,) and the edges from it, in float64 (Möller–Trumbore); inf where they do not."""
+    p = np.cross(directions, e2)
+    determinant = p @ e1
+    hit = determinant != 0.0
+    scale = 1.0 / np.where(hit, determinant, 1.0)
+    offset = origins - corner
+    u = np.einsum("ij,ij->i", offset, p) * scale
+    q = np.cross(offset, e1)
+    v = np.einsum("ij,ij->i", directions, q) * scale
+    hit &= (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+    return np.where(hit, (q @ e2) * scale, np.inf)

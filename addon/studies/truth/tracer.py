@@ -1,9 +1,11 @@
 """Primary and shadow rays through pixel centres: is the visible surface point lit by the hard light?
 
-A surface does not shadow itself: the shadow ray starts the float32 noise above the visible surface, on the viewer's side, so that the own
-triangle, its neighbours in the plane, coincident duplicates and back-to-back doubled faces lie behind it; what the tracer's rounding still
-finds of them is told from real occluders by its plane, in float64. Whether the sheet's own back
-stands between the point and the light is not asked of rays but of the geometric normal: the side turned to the viewer must face the light.
+The ray tracers are float32, about a point near what is seen, and the triangles that are large for that are met in float64: the corners of
+a huge ground are rounded by millimetres. Points of surfaces lie in the triangles' planes, in float64.
+
+A surface does not shadow itself: surfaces within `SAME_SURFACE` of the eye's distance are one (the own triangle, its neighbours in the
+plane, coincident duplicates, back-to-back doubled faces). Whether the sheet's own back stands between the point and the light is not asked
+of rays but of the geometric normal: the side turned to the viewer must face the light.
 """
 
 from __future__ import annotations
@@ -17,10 +19,12 @@ from ...maths.domains import require_choice
 from ...maths.view import Camera, Light
 from ...scene.looks import HIDDEN, NO_SHADOW
 from ...scene.records import Scene
-from .backends import BACKENDS, Backend
-from .triangles import WorldTriangles, world_triangles
+from .backends import BACKENDS, Backend, ExactForLarge
+from .triangles import FLOAT32_EPSILON, WorldTriangles, world_triangles
 
 MOST_HITS_ON_ITSELF = 16
+SAME_SURFACE = 4.0 * FLOAT32_EPSILON
+"""Of the distance from the eye, or of the width of a parallel view."""
 LEAST_FACING = 1e-6  # below, float32 cannot tell which side of a face the light is on (walls under a light from the zenith)
 
 
@@ -85,12 +89,15 @@ def directions_to_light(light: Light, points_ws: np.ndarray) -> tuple[np.ndarray
 class TruthTracer:
     """Traces one frozen scene; built once (seconds per million triangles), asked for any number of views and lights."""
 
-    def __init__(self, scene: Scene, backend: str = "blender", go_on: Callable[[], None] = lambda: None) -> None:
-        """`go_on` is called again and again while it works; what it raises ends the work."""
+    def __init__(
+        self, scene: Scene, backend: str = "blender", go_on: Callable[[], None] = lambda: None, anchor_ws: np.ndarray | None = None
+    ) -> None:
+        """`go_on` is called again and again while it works; what it raises ends the work. `anchor_ws` (3,): see `world_triangles`."""
         require_choice("Ray tracer", backend, tuple(BACKENDS))
-        self.triangles: WorldTriangles = world_triangles(scene)
+        self.triangles: WorldTriangles = world_triangles(scene, anchor_ws)
         self.is_hidden, self.casts_none = ((self.triangles.flags & flag) != 0 for flag in (HIDDEN, NO_SHADOW))
-        self._backend: Backend = BACKENDS[backend](self.triangles.corners, go_on)
+        large = self.triangles.large() if anchor_ws is not None else np.zeros(0, np.int64)
+        self._backend: Backend = ExactForLarge(self.triangles.corners - self.triangles.anchor_ws, large, BACKENDS[backend], go_on)
 
     def trace(self, camera: Camera, light: Light, size: tuple[int, int]) -> Truth:
         """The truth at every pixel centre of a picture of `size` (width, height)."""
@@ -99,7 +106,7 @@ class TruthTracer:
     def sample(self, camera: Camera, light: Light, size: tuple[int, int], pixels: np.ndarray) -> Truth:
         """The truth at K pixel coordinates (K, 2) of that picture, not necessarily centres."""
         origins, directions, lengths = camera_rays(camera, size, pixels)
-        triangle, distance = self._seen(origins, directions, lengths)
+        triangle, distance = self._seen(camera, origins, directions, lengths)
         seen = triangle >= 0
         point, normal = np.zeros((len(pixels), 3)), np.zeros((len(pixels), 3))
         point[seen], normal[seen] = self._surface(origins[seen], directions[seen], triangle[seen], distance[seen])
@@ -107,64 +114,72 @@ class TruthTracer:
         facing = np.einsum("ij,ij->i", normal, to_light)
         lit_facing = seen & in_cone & (facing > LEAST_FACING)
         lit = lit_facing.copy()
-        lit[lit_facing] = ~self._blocked(
-            point[lit_facing], normal[lit_facing], triangle[lit_facing], to_light[lit_facing], light_distance[lit_facing]
-        )
+        noise = SAME_SURFACE * _scale_m(camera, point)[lit_facing]
+        lit[lit_facing] = ~self._blocked(point[lit_facing], normal[lit_facing], noise, to_light[lit_facing], light_distance[lit_facing])
         depth = np.where(seen, (point - camera.eye_ws) @ camera.direction_ws, np.inf)
         object_id = np.full(len(pixels), -1, dtype=np.int32)
         object_id[seen] = self.triangles.object_id[triangle[seen]]
         return Truth(depth, object_id, triangle, point, normal, facing, lit_facing, lit)
 
-    def _seen(self, origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The first triangle on each ray as far as float32 can tell (−1: none), and its distance."""
+        return self._backend.nearest(origins - self.triangles.anchor_ws, directions, limits)
+
+    def _seen(self, camera: Camera, origins: np.ndarray, directions: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The first triangle on each ray that the camera may see (−1: none), and its distance."""
-        triangle, distance = self._backend.nearest(origins, directions, lengths)
+        triangle, distance = self._nearest(origins, directions, lengths)
+        reached = np.where(triangle >= 0, distance, 0.0)
+        noise = SAME_SURFACE * _scale_m(camera, origins + directions * reached[:, None])
         going = np.flatnonzero((triangle >= 0) & self.is_hidden[triangle])
         while len(going):
-            start = distance[going] + self.triangles.noise[triangle[going]]
+            start = distance[going] + noise[going]
             left = np.maximum(lengths[going] - start, 0.0)
-            triangle[going], further = self._backend.nearest(origins[going] + directions[going] * start[:, None], directions[going], left)
+            triangle[going], further = self._nearest(origins[going] + directions[going] * start[:, None], directions[going], left)
             distance[going] = start + further
             going = going[(triangle[going] >= 0) & self.is_hidden[triangle[going]] & (left > 0.0)]
+        seen = triangle >= 0
+        distance[seen] = self.triangles.distance_to_plane(triangle[seen], origins[seen], directions[seen], distance[seen])
         return triangle, distance
 
     def _surface(
         self, origins: np.ndarray, directions: np.ndarray, triangle: np.ndarray, distance: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Points exactly in the plane of the triangles hit, and normals turned to the viewer.
-
-        A ray within 0.001° of the plane keeps the tracer's own distance: the plane would amplify noise instead of removing it.
-        """
+        """Points in the planes of the triangles hit, and normals turned to the viewer."""
         normal = self.triangles.normal[triangle]
         slope = np.einsum("ij,ij->i", normal, directions)
-        height = np.einsum("ij,ij->i", normal, self.triangles.corners[triangle, 0] - origins)
-        steep = np.abs(slope) > 1.7e-5
-        exact = np.where(steep, height / np.where(steep, slope, 1.0), distance)
-        return origins + directions * exact[:, None], np.where(slope[:, None] > 0.0, -normal, normal)
+        return origins + directions * distance[:, None], np.where(slope[:, None] > 0.0, -normal, normal)
 
     def _blocked(
-        self, point: np.ndarray, normal: np.ndarray, triangle: np.ndarray, to_light: np.ndarray, light_distance: np.ndarray
+        self, point: np.ndarray, normal: np.ndarray, noise: np.ndarray, to_light: np.ndarray, light_distance: np.ndarray
     ) -> np.ndarray:
-        """Whether something other than the surface itself lies between the points and the light (which has the same noise).
+        """Whether something other than the surface itself lies between the points and the light. `noise` (K,) metres are no distance.
 
-        A hit whose plane passes within the noise of the point is the surface itself, found by the tracer's rounding (on long slivers it
-        errs by far more than the noise): the ray goes on behind it.
+        A hit whose plane passes within the noise of the point is the surface itself, one whose plane lies behind the point is not on the
+        ray: rounding has moved it there. The ray goes on behind it.
         """
-        noise = self.triangles.noise[triangle]
-        starts = point + normal * noise[:, None]
         limits = np.minimum(np.maximum(light_distance - noise, 0.0), 2.0 * self.triangles.reach)
         blocked, going = np.zeros(len(point), dtype=bool), np.arange(len(point))
-        travelled = np.zeros(len(point))
+        starts, travelled = point + normal * noise[:, None], np.zeros(len(point))
         for _ in range(MOST_HITS_ON_ITSELF):
             origins = starts[going] + to_light[going] * travelled[going, None]
-            hit, distance = self._backend.nearest(origins, to_light[going], limits[going] - travelled[going])
+            hit, distance = self._nearest(origins, to_light[going], limits[going] - travelled[going])
             hit_any = hit >= 0
             going, hit, distance = going[hit_any], hit[hit_any], distance[hit_any]
             height = np.einsum("ij,ij->i", point[going] - self.triangles.corners[hit, 0], self.triangles.normal[hit])
-            itself = (np.abs(height) <= noise[going]) | self.casts_none[hit]
-            blocked[going[~itself]] = True
-            going, distance = going[itself], distance[itself]
-            travelled[going] += distance + noise[going]
+            travelled[going] += distance
+            exact = self.triangles.distance_to_plane(hit, point[going], to_light[going], travelled[going])
+            is_none = (np.abs(height) <= noise[going]) | (exact < 0.0) | self.casts_none[hit]
+            blocked[going[~is_none]] = True
+            going = going[is_none]
+            travelled[going] += noise[going] + SAME_SURFACE * travelled[going]
             going = going[travelled[going] < limits[going]]
             if not len(going):
                 break
         return blocked
+
+
+def _scale_m(camera: Camera, points_ws: np.ndarray) -> np.ndarray:
+    """(K,) metres that `SAME_SURFACE` is of: the distance from the eye, of a parallel view the width of the picture."""
+    if camera.is_orthographic:
+        return np.full(len(points_ws), 2.0 / float(np.abs(np.diag(camera.clip_from_view)[:2]).min()))
+    return np.linalg.norm(points_ws - camera.eye_ws, axis=1)

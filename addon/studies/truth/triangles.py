@@ -7,9 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ...maths.anchored_camera import LARGE
 from ...scene.records import Scene
 
 FLOAT32_EPSILON = float(np.finfo(np.float32).eps)
+MOST_LARGE = 64
+"""How many triangles of a scene are met in float64."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,26 +20,47 @@ class WorldTriangles:
     """T triangles, world coordinates relative to the scene's local origin.
 
     `corners` (T, 3, 3) float64; `normal` (T, 3) unit geometric normal by the winding; `object_id` (T,) int32; `flags` (T,) uint8 of
-    `scene.looks`; `noise` (T,) metres: within this distance, measured along the normal, another surface is the same surface. The ray
-    tracers hold float32 corners, which are off by half a unit in the last place of the largest coordinate; four such steps of the
-    triangle's own corners plus half a step of the farthest corner of the scene (a small plate may lie on a huge floor) cover both
-    surfaces and the ray.
+    `scene.looks`. `anchor_ws` (3,): the ray tracers hold the corners about it, in float32.
     """
 
     corners: np.ndarray
     normal: np.ndarray
     object_id: np.ndarray
-    noise: np.ndarray
     flags: np.ndarray
+    anchor_ws: np.ndarray
 
     @cached_property
     def reach(self) -> float:
         """Metres: an upper bound of the distance between any two points of the scene."""
         return float(np.linalg.norm(np.ptp(self.corners.reshape(-1, 3), axis=0))) if len(self.corners) else 0.0
 
+    def large(self) -> np.ndarray:
+        """(L,) rows of the triangles whose box reaches more than `LARGE` times as far from the anchor as it is away, the largest first.
 
-def world_triangles(scene: Scene) -> WorldTriangles:
-    """All triangles of all instances; those without area in world space are left out (no ray can hit them)."""
+        `MOST_LARGE` of them at most.
+        """
+        away = self.corners - self.anchor_ws
+        reach = np.abs(away).max(axis=(1, 2), initial=0.0)
+        gap = np.maximum(np.maximum(away.min(axis=1, initial=np.inf), -away.max(axis=1, initial=-np.inf)), 0.0).max(axis=1, initial=0.0)
+        rows = np.flatnonzero(reach > LARGE * gap)
+        return rows[np.argsort(-reach[rows], kind="stable")][:MOST_LARGE]
+
+    def distance_to_plane(self, triangle: np.ndarray, origins: np.ndarray, directions: np.ndarray, else_m: np.ndarray) -> np.ndarray:
+        """(K,) metres along K rays to the planes of K triangles, in float64; `else_m` where a ray lies within 0.001° of the plane.
+
+        There the plane would amplify noise instead of removing it.
+        """
+        slope = np.einsum("ij,ij->i", self.normal[triangle], directions)
+        height = np.einsum("ij,ij->i", self.normal[triangle], self.corners[triangle, 0] - origins)
+        steep = np.abs(slope) > 1.7e-5
+        return np.where(steep, height / np.where(steep, slope, 1.0), else_m)
+
+
+def world_triangles(scene: Scene, anchor_ws: np.ndarray | None = None) -> WorldTriangles:
+    """All triangles of all instances; those without area in world space are left out (no ray can hit them).
+
+    `anchor_ws` (3,) near what is looked at; None: the scene's local origin.
+    """
     scene.bounds_ws()  # raises SceneError when there is nothing
     pieces, ids, flags = [], [], []
     placed = scene.instances
@@ -51,6 +75,5 @@ def world_triangles(scene: Scene) -> WorldTriangles:
     doubled_area = np.sqrt(np.einsum("ij,ij->i", cross, cross))
     keep = doubled_area > 0.0
     corners, object_id, cross, doubled_area, flags = corners[keep], object_id[keep], cross[keep], doubled_area[keep], flags[keep]
-    largest = np.abs(corners).max(axis=(1, 2), initial=0.0)
-    noise = FLOAT32_EPSILON * (4.0 * largest + 0.5 * largest.max(initial=0.0))
-    return WorldTriangles(corners, cross / doubled_area[:, None], object_id, noise, flags)
+    anchor = np.zeros(3) if anchor_ws is None else np.asarray(anchor_ws, np.float64)
+    return WorldTriangles(corners, cross / doubled_area[:, None], object_id, flags, anchor)
