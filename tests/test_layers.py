@@ -34,8 +34,8 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
     "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
-    "addon/maths": "directions domains tables < sky spaces partitioning < light_set warping < choices < sun < view < frusta nearest relief"
-    " < depth_projection shadow < anchored_camera error < __init__",
+    "addon/maths": "directions domains low_discrepancy tables < light_shapes sky spaces partitioning < light_set warping < choices < sun < view"
+    " < frusta nearest relief < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture settings views warp < ahead beta frame outline < edges life < error < carry < __init__",
     "addon/maths/shadow": "light_space fit_view partitions projection spacing warps < crop cut faces lookup slices strength < lamps < fit"
@@ -43,14 +43,14 @@ FLOORS = {
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
-    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < reach overlay render_passes < renderer"
-    " < timing < bake bare_passes reach_tasks remote < __init__",
+    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < many_lights reach overlay render_passes < stages < summing"
+    " < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < costs tiles < capture < ahead draw predictions < views < life < shadows < __init__",
-    "addon/pipeline/passes": "fill large_casters large_surfaces < surface < gbuffer large_receivers log_map outline shadow_defines < nsm"
-    " < shadow < caps edges reach_sums shade < samples < __init__",
+    "addon/pipeline/passes": "fill large_casters large_surfaces light_sums < surface < gbuffer large_receivers log_map outline"
+    " shadow_defines < nsm < shadow < caps edges reach_sums shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view ground"
@@ -61,7 +61,7 @@ FLOORS = {
     "addon/scene/reading": "limits wire < process child < apart < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/scene/section": "clip closed < caps < cut < __init__",
-    "addon/settings": "shadowing stage < groups < option versions words < impostor_options stage_options < options"
+    "addon/settings": "lighting shadowing stage < groups < option versions words < impostor_options light_options stage_options < options"
     " < combinations looks < __init__",
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "diagnostics legends map_outlines pending report scratch staged stopping terminal < run < advice error_graph"

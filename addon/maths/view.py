@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from math import atan, inf
+from math import atan, cos, inf, pi
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .choices import require
+from .light_shapes import axes_across, ball, cap, disc
+from .low_discrepancy import kronecker
 from .spaces import rotation
 
 LIGHT_KINDS = ("sun", "spot", "point")
@@ -96,6 +100,8 @@ class Light:
     that of the others at 1 m; else relative to the settings' own sun. `casts` False: nothing stands in its way.
     `spread_rad`: of a panel, which shines by Lambert, narrowed to that half angle (π/2: not). A spot that is scaled unevenly has a cone of
     `local_cone_rad` after `local_from_world` (3, 3); `cone_rad` is then the widest half angle.
+    What makes its shadows soft: `half_angle_rad` of a sun's disc; `radius` (metres) of a lamp; `half_axes_ws` (2, 3) of a panel, a
+    rectangle, or an ellipse if it `is_round`.
     """
 
     kind: str = "sun"
@@ -110,8 +116,14 @@ class Light:
     spread_rad: float | None = None
     local_from_world: np.ndarray | None = None
     local_cone_rad: float = 0.0
+    half_angle_rad: float = 0.0
+    radius: float = 0.0
+    half_axes_ws: np.ndarray | None = None
+    is_round: bool = False
 
     def __post_init__(self) -> None:
+        require(0.0 <= self.half_angle_rad <= pi / 2.0, "A sun's disc is 0° to 180° wide.")
+        require(0.0 <= self.radius < inf, "A lamp's radius must be finite and not negative.")
         require(self.kind in LIGHT_KINDS, f"Light kind '{self.kind}' is not one of {', '.join(LIGHT_KINDS)}.")
         if self.kind != "point":
             d = self.direction_ws
@@ -128,9 +140,50 @@ class Light:
     @property
     def key(self) -> tuple:
         """What a picture depends on, comparable and hashable; the name is not part of it."""
-        vectors = self.direction_ws, self.position_ws, self.local_from_world
+        vectors = self.direction_ws, self.position_ws, self.local_from_world, self.half_axes_ws
         numbers = self.cone_rad, self.cone_blend, self.color, self.is_physical, self.casts, self.spread_rad, self.local_cone_rad
+        numbers += self.half_angle_rad, self.radius, self.is_round
         return self.kind, *(None if v is None else np.asarray(v, np.float64).tobytes() for v in vectors), *numbers
+
+    @property
+    def shadow_key(self) -> tuple:
+        """What its shadows depend on: all but its colour."""
+        return replace(self, color=(1.0, 1.0, 1.0)).key
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether it has a size, so that its shadows have soft edges."""
+        return self.half_angle_rad > 0.0 if self.kind == "sun" else self.radius > 0.0 or self.half_axes_ws is not None
+
+    @property
+    def hard(self) -> Light:
+        """The same light from its middle alone."""
+        return replace(self, half_angle_rad=0.0, radius=0.0, half_axes_ws=None)
+
+    def softened(self, factor: float) -> Light:
+        """The same light, so many times as large."""
+        axes = None if self.half_axes_ws is None or factor == 0.0 else self.half_axes_ws * factor
+        half_angle = min(self.half_angle_rad * factor, pi / 2.0)
+        return replace(self, half_angle_rad=half_angle, radius=self.radius * factor, half_axes_ws=axes)
+
+    def sample(self, index: int) -> Light:
+        """The hard light number `index` of those whose mean this light is; samples that follow each other are spread evenly over it.
+
+        A sun's are spread evenly over its cap of half angle a and are 2 / (1 + cos a) times as strong, so that together they give a
+        surface that faces the sun its irradiance. A lamp's look like a disc from every side; a panel's lie on it.
+        """
+        hard = self.hard
+        if self.kind == "sun" and self.half_angle_rad > 0.0:
+            away = cap(kronecker([index], 2), self.half_angle_rad)[0] @ axes_across(self.direction_ws)
+            brighter = 2.0 / (1.0 + cos(self.half_angle_rad))
+            return replace(hard, direction_ws=away / np.linalg.norm(away), color=tuple(c * brighter for c in self.color))
+        if self.half_axes_ws is not None:
+            place = kronecker([index], 2)
+            place = disc(place) if self.is_round else 2.0 * place - 1.0
+            return replace(hard, position_ws=self.position_ws + place[0] @ self.half_axes_ws)
+        if self.radius > 0.0:
+            return replace(hard, position_ws=self.position_ws + self.radius * ball(kronecker([index], 3))[0])
+        return hard
 
     def lights_towards(self, towards_ws: np.ndarray) -> np.ndarray:
         """(K,) bool: whether it shines on points from which it lies in the unit directions (K, 3): within a spot's cone."""
@@ -140,6 +193,29 @@ class Light:
             return towards_ws @ self.direction_ws > np.cos(self.cone_rad)
         local = towards_ws @ self.local_from_world.T
         return local[:, 2] > np.cos(self.local_cone_rad) * np.linalg.norm(local, axis=1)
+
+
+class LightSource(Protocol):
+    """What lights a picture: a `Light`, or anything else that is the mean of hard ones (a sky)."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in reports."""
+
+    @property
+    def kind(self) -> str:
+        """What it is in reports."""
+
+    @property
+    def key(self) -> Hashable:
+        """What a picture depends on: equal keys, equal light."""
+
+    @property
+    def is_soft(self) -> bool:
+        """Whether its samples differ."""
+
+    def sample(self, index: int) -> Light:
+        """One of the hard lights whose mean it is; consecutive ones are spread evenly over it."""
 
 
 def gamma_rad(light_direction_ws: np.ndarray, view_direction_ws: np.ndarray) -> float:

@@ -22,6 +22,7 @@ from .passes.edges import EdgeTarget
 from .passes.gbuffer import GBuffer
 from .passes.large_receivers import STEPS, LargePlanes, large_planes
 from .passes.reach_sums import ReachSums, SurfacePlaces
+from .passes.light_sums import LightSums
 from .passes.samples import Mean
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps
@@ -51,14 +52,21 @@ class Device:
         """The camera targets of that size; one for the pixels' centres, one for their 'samples'."""
         return self._keep(f"gbuffer {of}", size, lambda: GBuffer(self.context, size))
 
-    def shadow_maps(self, size: int, layers: int, test: ShadowTestChoice = PLAIN) -> ShadowMaps:
-        """The shadow maps of that size and count, with what the test needs beside the depth."""
+    def shadow_maps(self, size: int, layers: int, test: ShadowTestChoice = PLAIN, roomy: bool = False) -> ShadowMaps:
+        """The shadow maps of that size and count, with what the test needs beside the depth; `roomy`: or more maps, if they are there."""
         key = (size, layers, test.kind, test.depths, test.has_outlines)
+        kept = self._kept.get("shadow")
+        if roomy and kept is not None and kept[0][1] > layers and (size, layers, *kept[0][2:]) == key:
+            return kept[1]
         return self._keep("shadow", key, lambda: ShadowMaps(self.context, size, layers, test))
 
     def shade_target(self, size: tuple[int, int], data: bool, of: str = "pixels") -> ShadeTarget:
         """The picture's targets, with or without the data images; of the pixels' centres or their 'samples'."""
         return self._keep(f"shade {of} {int(data)}", size, lambda: ShadeTarget(self.context, size, data))
+
+    def light_sums(self, size: tuple[int, int], of: str = "pixels") -> LightSums:
+        """What many lights' pictures of that size are added up in; of the pixels' centres or their 'samples'."""
+        return self._keep(f"sums {of}", size, lambda: LightSums(self.context, size))
 
     def mean(self, size: tuple[int, int]) -> Mean:
         """The picture that samples are added up in."""

@@ -6,7 +6,7 @@ from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING
 
 from ..errors import SceneError
-from ..maths.view import Camera, Light
+from ..maths.view import Camera, Light, LightSource
 from ..scene.records import Scene
 from ..settings.groups import Settings
 
@@ -24,9 +24,10 @@ class Job:
     """Everything one picture needs: nothing in it can change while it is rendered.
 
     `size` (width, height) in pixels; `passes` by their names; `measure` False leaves the error statistics out (the live view,
-    where nobody reads them). `impostors` stand for some of the objects; None: all are geometry. `shown` (I,) bool: the instances that the
-    camera sees, where not all; the others still cast shadows. For the report: `name` of the input; `sync_ms`, the time that reading the
-    scene took; `warnings`, what the user should know about how it was read.
+    where nobody reads them). `light` is the main one, which the plan and the data passes are of; `others` light the picture too. `rounds`:
+    so many samples of each light with a size for now, None: as many as the settings say. `impostors` stand for some of the objects; None:
+    all are geometry. `shown` (I,) bool: the instances that the camera sees, where not all; the others still cast shadows. For the report:
+    `name` of the input; `sync_ms`, the time that reading the scene took; `warnings`, what the user should know about how it was read.
     """
 
     scene: Scene
@@ -37,6 +38,8 @@ class Job:
     passes: tuple[str, ...] = ("combined",)
     _: KW_ONLY
     measure: bool = True
+    others: tuple[LightSource, ...] = ()
+    rounds: int | None = None
     impostors: ImpostorChoice | None = None
     shown: np.ndarray | None = None
     name: str = ""
@@ -50,5 +53,5 @@ class Job:
     @property
     def key(self) -> tuple:
         """What the picture depends on, comparable and hashable: equal keys give equal pictures."""
-        lit = None if self.light is None else self.light.key
+        lit = None if self.light is None else self.light.key, *(one.key for one in self.others)
         return self.scene.fingerprint, self.camera.key, lit, self.settings, self.size, self.impostors

@@ -7,7 +7,7 @@ holds from the frame before (surfaces, projections, maps) is not made again.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 
@@ -17,28 +17,21 @@ import numpy as np
 from ..errors import Cancelled, GpuError
 from ..maths.error.aliasing import aliasing_statistics
 from ..maths.error.precision import Loss, precision_loss
-from ..maths.shadow.fit import plan_shadows
 from ..maths.shadow.projection import ShadowPlan
-from ..maths.view import Camera
-from ..scene.looks import HIDDEN, NO_SHADOW
-from ..settings.shadowing import SHADOW_TESTS
 from .device import Device, device_of
 from .frame import Frame
 from .geometry.draw_list import DrawList
 from .gl.context import GpuWorker, shared_worker
 from .gl.gl_raw import finish
-from .gl.machine import check_picture, spare_bytes
-from .gl.readback import read_texture
+from .gl.machine import check_picture
 from .impostors.life import ImpostorFrame, library_of
-from .impostors.shadows import casters_of
 from .job import Job
-from .overlay import Overlay
-from .passes.gbuffer import GBuffer, draw_gbuffer, surface_points_ws
-from .passes.samples import pictures, regular_grid
-from .passes.shade import ShadeTarget
-from .passes.shadow import ShadowMaps, draw_shadow_maps
-from .render_passes import DATA_PASSES, made_passes
+from .many_lights import sources_of
+from .passes.gbuffer import surface_points_ws
+from .render_passes import made_passes
 from .render_passes.row import ShadedImages
+from .shading import shade
+from .stages import cast, draw_surfaces, plan_of, shadow_maps_of, wants_data
 
 Task = Callable[..., object]
 """What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
@@ -92,7 +85,7 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     """Make one frame on the worker thread."""
     clock = _Clock(device.context, ticket)
     check_size(device.context, job.size)
-    check_picture(job.size, _wants_data(job))
+    check_picture(job.size, wants_data(job))
     scene_bounds = job.scene.bounds_ws()
     ticket.enter(0.05, "upload")
     draw_list = device.store.sync(job.scene)
@@ -102,170 +95,21 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     if choice is not None:
         library, samples = library_of(device, choice.alone), job.settings.shading.samples
         impostors = library.update(job.scene, draw_list, job.camera, job.size, choice, samples)
-    _draw_surfaces(device, job, draw_list, job.camera, impostors, device.gbuffer(job.size))
+    draw_surfaces(device, job, draw_list, job.camera, impostors, device.gbuffer(job.size))
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
-    plan = _plan(device, job, scene_bounds)
-    if plan is not None:
-        _cast(device, job, draw_list, plan, impostors)
+    plan = plan_of(device, job, scene_bounds)
+    if plan is not None and (wants_data(job) or not sources_of(job)):
+        cast(device, job, draw_list, plan, impostors)
     clock.lap("shadow")
     ticket.enter(0.7, "shade")
-    combined, data, edges = _shade(device, job, draw_list, plan, impostors, ticket)
+    combined, data, edges = shade(device, job, draw_list, plan, impostors, ticket.enter)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
     frame = _frame(device, job, draw_list, plan, impostors, combined, data, edges)
     clock.lap("readback")
     clock.total()
     return replace(frame, timing_ms=dict(ticket.timing_ms))
-
-
-def _draw_surfaces(
-    device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, gbuffer: GBuffer
-) -> None:
-    """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
-    rows = both(impostors.geometry_rows if impostors is not None else job.shown, job.scene.instances.without(HIDDEN))
-    wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
-    if wanted is not None and gbuffer.holds == wanted:
-        return
-    draw_gbuffer(device.context, device.programs, gbuffer, draw_list, camera, rows)
-    for drawn in impostors.drawn if impostors is not None else ():
-        drawn.draw(device, gbuffer, camera)
-    gbuffer.holds = wanted
-
-
-def both(rows: np.ndarray | None, others: np.ndarray | None) -> np.ndarray | None:
-    """(I,) bool: the instance rows that are in both; None is all."""
-    return others if rows is None else rows if others is None else rows & others
-
-
-def _plan(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan | None:
-    """The shadow projections for what this camera really sees; those of the frame before where nothing they depend on has changed."""
-    if job.light is None or not job.light.casts:
-        return None
-    s, surfaces = job.settings, device.gbuffer(job.size).holds
-    wanted = (surfaces, job.size, job.light.key, s.warp, s.partition, s.fit) if surfaces is not None else None
-    if wanted is None or device.plan is None or device.plan[0] != wanted:
-        device.plan = wanted, _fitted(device, job, scene_bounds)
-    return device.plan[1]
-
-
-def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
-    s, receivers = job.settings, None
-    if s.fit.kind == "samples":
-        receivers = surface_points_ws(read_texture(device.gbuffer(job.size).view_depth, flip=False), job.camera)
-    return plan_shadows(
-        job.camera,
-        job.light,
-        s.warp,
-        s.partition,
-        s.fit,
-        receivers_ws=receivers,
-        scene_bounds_ws=scene_bounds,
-        caster_bounds_ws=job.scene.caster_bounds_ws(),
-        image_size=job.size,
-    )
-
-
-def _shadow_maps(device: Device, job: Job, plan: ShadowPlan) -> ShadowMaps:
-    return device.shadow_maps(job.settings.fit.size, len(plan.projections), job.settings.test)
-
-
-def _cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None) -> None:
-    """Fill the shadow maps: triangles, and impostors where they are chosen as casters. Without impostors they may be full already."""
-    maps, choice = _shadow_maps(device, job, plan), job.impostors
-    wanted = (device.plan[0], job.settings.test.id_per_material) if impostors is None else None
-    if wanted is not None and maps.holds == wanted:
-        return
-    casters = None
-    if impostors is not None and choice.settings.casters == "impostor":
-        casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
-    rows = both(casters.rows if casters is not None and casters.textures else None, job.scene.instances.without(NO_SHADOW))
-    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, job.settings.test, rows)
-    if casters is not None:
-        casters.draw(device, maps, plan)
-    maps.holds = wanted
-
-
-def _wants_data(job: Job) -> bool:
-    return job.measure or any(name in DATA_PASSES for name in job.passes)
-
-
-def _shade(
-    device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, ticket: Ticket
-) -> tuple[np.ndarray | None, list[np.ndarray] | None, np.ndarray | None]:
-    """The combined image (averaged over the camera samples), the data images at pixel centres, and the edges (None: nobody wants them)."""
-    wants_data = _wants_data(job)
-    samples = job.settings.shading.samples if "combined" in job.passes else 1
-    data = combined = None
-    overlay = Overlay(device, job, draw_list)
-    if wants_data or samples == 1:
-        target, wanted = device.shade_target(job.size, wants_data), _look(device, job, impostors)
-        if wanted is None or target.holds != wanted:
-            _shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
-            if samples == 1:
-                overlay.draw(job.camera, device.gbuffer(job.size), target.textures[0])
-            target.holds = wanted
-        data = [read_texture(t) for t in target.textures[1:]] if wants_data else None
-        combined = read_texture(target.textures[0]) if samples == 1 and "combined" in job.passes else None
-    if samples > 1:
-        combined = _mean_of_samples(device, job, draw_list, plan, impostors, ticket, overlay)
-    return combined, data, overlay.coverage
-
-
-def _mean_of_samples(
-    device: Device,
-    job: Job,
-    draw_list: DrawList,
-    plan: ShadowPlan | None,
-    impostors: ImpostorFrame | None,
-    ticket: Ticket,
-    overlay: Overlay,
-) -> np.ndarray:
-    """The combined image as the mean of several camera samples a pixel."""
-    offsets = regular_grid(job.settings.shading.samples)
-    shots = pictures(job.camera, job.size, offsets, device.context.info["GL_MAX_TEXTURE_SIZE"], spare_bytes(job.size, _wants_data(job)))
-    mean, wanted = device.mean(job.size), _look(device, job, impostors)
-    if wanted is not None and mean.target.holds == wanted:
-        return read_texture(mean.target.textures[0])
-    mean.clear()
-    for i, (camera, side) in enumerate(shots):
-        ticket.enter(0.7 + 0.25 * i / len(shots), "shade")
-        size = job.size[0] * side, job.size[1] * side
-        gbuffer, target = device.gbuffer(size, "samples"), device.shade_target(size, False, "samples")
-        _draw_surfaces(device, job, draw_list, camera, impostors, gbuffer)
-        _shade_once(device, job, camera, draw_list, plan, target, gbuffer, impostors, side)
-        overlay.draw(camera, gbuffer, target.textures[0], side, side * side / len(offsets))
-        mean.add(device.programs, target.textures[0], side, len(offsets))
-    mean.target.holds = wanted
-    return read_texture(mean.target.textures[0])
-
-
-def _look(device: Device, job: Job, impostors: ImpostorFrame | None) -> Hashable:
-    """What a shaded picture of the job's size depends on; None where that cannot be said, impostors having a life of
-    their own, or where edges are read as they are drawn."""
-    if impostors is not None or "edges" in job.passes:
-        return None
-    store, shown = device.store, None if job.shown is None else job.shown.tobytes()
-    return store.state, store.colors, job.camera.key, shown, None if job.light is None else job.light.key, job.settings
-
-
-def _shade_once(
-    device: Device,
-    job: Job,
-    camera: Camera,
-    draw_list: DrawList,
-    plan: ShadowPlan | None,
-    target: ShadeTarget,
-    gbuffer: GBuffer,
-    impostors: ImpostorFrame | None,
-    side: int = 1,
-) -> None:
-    maps = _shadow_maps(device, job, plan) if plan is not None else None
-    holds_impostors = impostors is not None and bool(impostors.drawn)
-    walks = holds_impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
-    triangles = device.triangles(linked=walks, normals=holds_impostors)
-    large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
-    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large, holds_impostors, side)
 
 
 def _frame(
@@ -279,7 +123,7 @@ def _frame(
     edges: np.ndarray | None,
 ) -> Frame:
     errors, normals, ids = data if data is not None else (None, None, None)
-    read_maps = _shadow_maps(device, job, plan).read if plan is not None else None
+    read_maps = shadow_maps_of(device, job, plan).read if plan is not None and "texel" in job.passes else None
     passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps, edges)), Loss()
     measured, warnings = None, plan.warnings if plan is not None else ()
     if job.measure and errors is not None:

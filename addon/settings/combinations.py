@@ -11,6 +11,7 @@ from ..maths.partitioning import PARTITION_SCHEMES
 from ..maths.warping import WARP_METHODS
 from .groups import Settings
 from .impostor_options import IMPOSTOR_APPLIES
+from .light_options import LIGHTS_APPLY
 from .options import BY_NAME, OPTIONS, values_of
 from .shadowing import SHADOW_TESTS
 from .stage_options import STAGE_APPLIES
@@ -108,6 +109,7 @@ _APPLIES: dict[str, Callable[[Any], bool]] = {
     "filter_unit": lambda v: str(v.pcf) != "1",
     "filter_width": lambda v: str(v.pcf) != "1",
     "clay": lambda v: not v.use_object_colors,
+    **LIGHTS_APPLY,
     **STAGE_APPLIES,
     **IMPOSTOR_APPLIES,
 }

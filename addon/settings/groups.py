@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from ..maths.choices import FitChoice, PartitionChoice, WarpChoice
 from ..maths.domains import one_of, require, require_fields, within
 from ..maths.relief.settings import ImpostorSettings
+from .lighting import LightsChoice
 from .shadowing import SHADOW_TESTS
 from .stage import EdgeLines, GroundChoice, SectionChoice
 
@@ -114,6 +115,7 @@ class Settings:
     fit: FitChoice = field(default_factory=FitChoice)
     test: ShadowTestChoice = field(default_factory=ShadowTestChoice)
     shading: ShadingChoice = field(default_factory=ShadingChoice)
+    lights: LightsChoice = field(default_factory=LightsChoice)
     impostor: ImpostorSettings = field(default_factory=ImpostorSettings)
     edges: EdgeLines = field(default_factory=EdgeLines)
     ground: GroundChoice = field(default_factory=GroundChoice)

@@ -14,6 +14,7 @@ from ..maths.partitioning import PARTITION_SCHEMES
 from ..maths.warping import WARP_METHODS
 from .groups import Settings, ShadingWorld, ShadowTestChoice
 from .impostor_options import IMPOSTOR_OPTIONS
+from .light_options import LIGHT_OPTIONS
 from .option import Option, choice, words_of
 from .shadowing import SHADOW_TESTS
 from .stage_options import STAGE_OPTIONS
@@ -250,6 +251,7 @@ OPTIONS: tuple[Option, ...] = (
         soft=(0.0, 1.0),
         start=ShadingWorld().background,
     ),
+    *LIGHT_OPTIONS,
     *STAGE_OPTIONS,
     *IMPOSTOR_OPTIONS,
 )

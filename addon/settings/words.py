@@ -88,3 +88,8 @@ CAP_WORDS = (
     ("Hatched", "Cut faces are filled and hatched, every other part the other way round, as on a drawing"),
     ("None", "Cut bodies are seen into"),
 )
+
+LIGHTS_WORDS = (
+    ("All", "Every light that reaches what is seen, each with shadows of its own"),
+    ("One", "Only the light that lights most of what is seen: faster"),
+)

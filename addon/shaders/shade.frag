@@ -25,6 +25,9 @@ uniform vec4 u_clay;
 #endif
 #include "common_surface_seen.glsl"
 layout(location = 0) out vec4 out_combined;
+#if SUMS
+#include "common_sums.glsl"
+#endif
 #if DATA
 layout(location = 1) out vec4 out_errors;   // m, m_x, m_z; what the shadow lets through, 0...1
 layout(location = 2) out vec4 out_normal;
@@ -39,6 +42,10 @@ vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, fl
     vec3 full = u_light_color.rgb * falloff, ambient = ambient_at(normal);
     if (has_flag(info, CATCHER)) {
         vec3 bright = ambient + full * max(dot(normal, light_ws), 0.0), now = ambient + full * (max(dot(normal, light_ws), 0.0) * light);
+#if SUMS
+        add_caught(dot(bright - now, vec3(1.0)), dot(bright, vec3(1.0)));
+        return vec4(0.0);
+#endif
         float darker = 1.0 - min(dot(now, vec3(1.0)) / max(dot(bright, vec3(1.0)), 1e-6), 1.0);
         return vec4(u_background.rgb * (1.0 - darker), mix(u_background.a, 1.0, darker));
     }
@@ -104,9 +111,23 @@ void main() {
 #endif
     if (u_light.w != 0.0 && !in_cone(u_light.xyz - x_ws)) light = 0.0;
     float falloff = light_falloff(x_ws), arriving = light * falloff;
+#if SUMS
+    float facing = falloff * max(dot(geometric, light_ws), 0.0);
+    out_shares = vec4(0.0);
+    add_arriving(light * facing, facing);
+#endif
 #if GROUND
     if (has_role(info, GROUND)) {
         float dark = ground_fade(x_ws.xy) * (1.0 - light), sun = falloff * max(dot(geometric, light_ws), 0.0);
+#if SUMS
+        if (DISPLAY != 0) discard;
+        out_shares.xy = vec2(0.0);
+        add_arriving((1.0 - dark) * sun, sun);
+        vec2 taken = ground_taken(dark, sun);
+        add_caught(taken.x, taken.y);
+        out_combined = summed(vec4(0.0));
+        return;
+#endif
         out_combined = DISPLAY == 0 ? shadow_caught(dark, sun) : u_background;
 #if DATA
         out_errors = vec4(-1.0, -1.0, -1.0, 1.0 - dark);   // as background.frag, but for the shadow
@@ -120,6 +141,9 @@ void main() {
     out_combined = vec4(displayed(color, smooth_normal, light_ws, DISPLAY == 1 ? light : arriving, errors, map), 1.0);
 #if LOOKS && DISPLAY == 0
     out_combined = looking(info, color, smooth_normal, light_ws, -normalize(along), light, falloff);
+#endif
+#if SUMS
+    out_combined = summed(out_combined);
 #endif
 #if DATA
     out_errors = vec4(errors, light);

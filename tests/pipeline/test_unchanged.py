@@ -7,6 +7,7 @@ import pytest
 
 from addon.maths.relief.settings import ImpostorSettings
 from addon.pipeline import renderer as pipeline
+from addon.pipeline import stages
 from addon.pipeline.device import device_of
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
 from addon.pipeline.job import Job
@@ -124,8 +125,8 @@ def test_only_what_a_change_touches_is_drawn_again(worker, monkeypatch, name, va
     def noted(what, function):
         return lambda *args: (seen.append(what), function(*args))[1]
 
-    monkeypatch.setattr(pipeline, "draw_gbuffer", noted("surfaces", pipeline.draw_gbuffer))
-    monkeypatch.setattr(pipeline, "draw_shadow_maps", noted("maps", pipeline.draw_shadow_maps))
+    monkeypatch.setattr(stages, "draw_gbuffer", noted("surfaces", stages.draw_gbuffer))
+    monkeypatch.setattr(stages, "draw_shadow_maps", noted("maps", stages.draw_shadow_maps))
     chosen = {key: values[0] for key, values in CHANGES.items()}
     worker.call(lambda context: render_frame(device_of(context, worker), job_of(chosen), pipeline.Ticket()))
     seen.clear()

@@ -56,6 +56,7 @@ SAMPLER_UNITS = {
     "u_places": 34,
     "u_planes": 35,
     "u_sky_sums": 36,
+    "u_shares": 37,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

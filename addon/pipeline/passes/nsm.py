@@ -46,7 +46,7 @@ class NsmCells:
         depth.use(SAMPLER_UNITS["u_shadow_depth"])
         if self._map_ids is not None:
             self._map_ids.use(SAMPLER_UNITS["u_shadow_ids"])
-        for layer, (framebuffer, projection) in enumerate(zip(self._framebuffers, plan.projections, strict=True)):
+        for layer, (framebuffer, projection) in enumerate(zip(self._framebuffers, plan.projections, strict=False)):
             if projection.is_empty:
                 continue
             framebuffer.use()

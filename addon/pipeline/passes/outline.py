@@ -31,7 +31,7 @@ class OutlineIds:
         """Fill every layer by `draw_one`, which draws the casters as into the map itself; returns the triangles sent."""
         self._context.wireframe = True
         sent = 0
-        for projection, framebuffer in zip(plan.projections, self._framebuffers, strict=True):
+        for projection, framebuffer in zip(plan.projections, self._framebuffers, strict=False):
             framebuffer.use()
             framebuffer.framebuffer.clear(depth=1.0)
             framebuffer.clear_ids()

@@ -25,6 +25,7 @@ from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
 from .gbuffer import FROM_TEXTURE, GBuffer, pixel_from_world, pixel_rays
 from .large_receivers import LargePlanes
+from .light_sums import LightSums
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 
@@ -70,7 +71,7 @@ class ShadePass:
 
     def draw(
         self,
-        target: ShadeTarget,
+        target: ShadeTarget | LightSums,
         gbuffer: GBuffer,
         maps: ShadowMaps | None,
         draw_list: DrawList,
@@ -82,8 +83,10 @@ class ShadePass:
         large: LargePlanes | None = None,
         impostors: bool = False,
         side: int = 1,
+        part: float | None = None,
     ) -> None:
-        """Shade `gbuffer` into `target`. `large`: the planes of triangles too large for float32, relative to the plan's origin.
+        """Shade `gbuffer` into `target`, or add a `part` of it to what sums hold. `large`: the planes of triangles too large for
+        float32, relative to the plan's origin.
 
         `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked. `side`: so many pixels of
         the target to a side of the picture's own, which softness and error are told in.
@@ -91,23 +94,7 @@ class ShadePass:
         looks = draw_list.looks()
         more = {} if looks is None else {"u_looks": looks}
         more |= {} if large is None else {"u_large": large.texture}
-        program = self._programs.get(
-            "fullscreen.vert",
-            "shade.frag",
-            INSTANCED=0,
-            DATA=target.data,
-            MAX_MAPS=MAX_MAPS,
-            ANY_LOG=any(p.log is not None for p in plan.projections) if plan else False,
-            DISPLAY=DISPLAYS.index(settings.shading.display),
-            ERROR_COLORS=len(SCALE_COLORS),
-            USE_OBJECT_COLORS=settings.shading.use_object_colors,
-            LARGE=large is not None,
-            IMPOSTORS=impostors,
-            **FOLLOWED,
-            LOOKS=looks is not None,
-            GROUND=GROUND if draw_list.scene.ground is not None else 0,
-            **shadow_defines(settings.test),
-        )
+        program = self._program(draw_list, plan, settings, large is not None, impostors, target.data, part is not None)
         self._bind(program, gbuffer, maps, draw_list, triangles | more)
         origin = plan.origin_ws if plan else np.zeros(3)
         set_uniforms(
@@ -119,13 +106,59 @@ class ShadePass:
             u_map_count=len(plan.projections) if plan else 0,
             u_map_size=float(settings.fit.size),
             u_side=float(side),
+            u_part=part or 0.0,
             **_light_uniforms(light, settings, origin),
             **_colors(settings, draw_list.scene.ground, origin),
             **_data_colors(),
             **shadow_uniforms(settings.test, plan),
         )
         write_buffer(self._context, self._block, plan_block(plan))
-        self._cover(target, gbuffer, program, settings, everywhere=impostors)
+        if part is None:
+            self._cover(target, gbuffer, program, settings, everywhere=impostors)
+        else:
+            self._add(target, gbuffer, program, everywhere=impostors)
+
+    def _program(
+        self,
+        draw_list: DrawList,
+        plan: ShadowPlan | None,
+        settings: Settings,
+        has_large: bool,
+        impostors: bool,
+        has_data: bool,
+        is_sum: bool,
+    ) -> moderngl.Program:
+        """The program with what this picture needs compiled in."""
+        return self._programs.get(
+            "fullscreen.vert",
+            "shade.frag",
+            INSTANCED=0,
+            DATA=has_data,
+            SUMS=is_sum,
+            MAX_MAPS=MAX_MAPS,
+            ANY_LOG=any(p.log is not None for p in plan.projections) if plan else False,
+            DISPLAY=DISPLAYS.index(settings.shading.display),
+            ERROR_COLORS=len(SCALE_COLORS),
+            USE_OBJECT_COLORS=settings.shading.use_object_colors,
+            LARGE=has_large,
+            IMPOSTORS=impostors,
+            **FOLLOWED,
+            LOOKS=draw_list.looks() is not None,
+            GROUND=GROUND if draw_list.scene.ground is not None else 0,
+            **shadow_defines(settings.test),
+        )
+
+    def _add(self, sums: LightSums, gbuffer: GBuffer, program: moderngl.Program, everywhere: bool) -> None:
+        """Add what `program` draws where the G-buffer has a surface."""
+        context, depth = self._context, gbuffer.projection
+        set_uniforms(program, u_ndc_depth=2.0 * depth.farthest - 1.0)
+        with gbuffer.depth.attached(sums.framebuffer):
+            context.enable_only(moderngl.BLEND if everywhere else moderngl.BLEND | moderngl.DEPTH_TEST)
+            context.blend_func = moderngl.ONE, moderngl.ONE
+            context.depth_func = {"<": ">", ">": "<"}[depth.nearer]
+            draw_triangles(context, self._array(program), 3)
+            context.depth_func = "<"
+        context.enable_only(moderngl.NOTHING)
 
     def _cover(self, target: ShadeTarget, gbuffer: GBuffer, program: moderngl.Program, settings: Settings, everywhere: bool) -> None:
         """Run `program` where the G-buffer has a surface, and the background's where it has none; `everywhere`, as impostors' outlines are

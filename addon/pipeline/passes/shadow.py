@@ -91,7 +91,7 @@ def draw_shadow_maps(
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
     sent = 0
-    for projection, framebuffer in zip(plan.projections, maps.framebuffers, strict=True):
+    for projection, framebuffer in zip(plan.projections, maps.framebuffers, strict=False):
         framebuffer.use()
         framebuffer.framebuffer.clear(depth=1.0)
         if maps.ids_kind:

@@ -1,0 +1,132 @@
+"""The stages of a picture, a function each: surfaces, shadow plan, shadow maps, shading. What the GPU still holds is not made again.
+Worker thread only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+
+import numpy as np
+
+from ..maths.shadow.fit import plan_shadows
+from ..maths.shadow.projection import ShadowPlan
+from ..maths.view import Camera
+from ..scene.looks import HIDDEN, NO_SHADOW
+from ..settings.shadowing import SHADOW_TESTS
+from .device import Device
+from .geometry.draw_list import DrawList
+from .gl.readback import read_texture
+from .impostors.life import ImpostorFrame
+from .impostors.shadows import casters_of
+from .job import Job
+from .passes.gbuffer import GBuffer, draw_gbuffer, surface_points_ws
+from .passes.light_sums import LightSums
+from .passes.shade import ShadeTarget
+from .passes.shadow import ShadowMaps, draw_shadow_maps
+from .render_passes import DATA_PASSES
+
+Enter = Callable[[float, str], None]
+"""Told how far the picture is; raises where it is given up."""
+
+
+def draw_surfaces(device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, gbuffer: GBuffer) -> None:
+    """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
+    rows = both(impostors.geometry_rows if impostors is not None else job.shown, job.scene.instances.without(HIDDEN))
+    wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
+    if wanted is not None and gbuffer.holds == wanted:
+        return
+    draw_gbuffer(device.context, device.programs, gbuffer, draw_list, camera, rows)
+    for drawn in impostors.drawn if impostors is not None else ():
+        drawn.draw(device, gbuffer, camera)
+    gbuffer.holds = wanted
+
+
+def both(rows: np.ndarray | None, others: np.ndarray | None) -> np.ndarray | None:
+    """(I,) bool: the instance rows that are in both; None is all."""
+    return others if rows is None else rows if others is None else rows & others
+
+
+def plan_of(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan | None:
+    """The shadow projections for what this camera really sees; those of the frame before where nothing they depend on has changed."""
+    if job.light is None or not job.light.casts:
+        return None
+    s, surfaces = job.settings, device.gbuffer(job.size).holds
+    wanted = (surfaces, job.size, job.light.shadow_key, s.warp, s.partition, s.fit) if surfaces is not None else None
+    if wanted is None or device.plan is None or device.plan[0] != wanted:
+        device.plan = wanted, _fitted(device, job, scene_bounds)
+    return device.plan[1]
+
+
+def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
+    s, receivers = job.settings, None
+    if s.fit.kind == "samples":
+        receivers = surface_points_ws(read_texture(device.gbuffer(job.size).view_depth, flip=False), job.camera)
+    return plan_shadows(
+        job.camera,
+        job.light,
+        s.warp,
+        s.partition,
+        s.fit,
+        receivers_ws=receivers,
+        scene_bounds_ws=scene_bounds,
+        caster_bounds_ws=job.scene.caster_bounds_ws(),
+        image_size=job.size,
+    )
+
+
+def shadow_maps_of(device: Device, job: Job, plan: ShadowPlan, in_turn: bool = False) -> ShadowMaps:
+    """`in_turn`: those that lights take turns in, of which there may be more than this one needs."""
+    return device.shadow_maps(job.settings.fit.size, len(plan.projections), job.settings.test, roomy=in_turn)
+
+
+def cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None, in_turn: bool = False) -> None:
+    """Fill the shadow maps: triangles, and impostors where they are chosen as casters. Without impostors they may be full already."""
+    maps, choice = shadow_maps_of(device, job, plan, in_turn), job.impostors
+    wanted = (device.plan[0], device.store.state, job.settings.test.id_per_material) if impostors is None else None
+    if wanted is not None and maps.holds == wanted:
+        return
+    casters = None
+    if impostors is not None and choice.settings.casters == "impostor":
+        casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
+    rows = both(casters.rows if casters is not None and casters.textures else None, job.scene.instances.without(NO_SHADOW))
+    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, job.settings.test, rows)
+    if casters is not None:
+        casters.draw(device, maps, plan)
+    maps.holds = wanted
+
+
+def shade_once(
+    device: Device,
+    job: Job,
+    camera: Camera,
+    draw_list: DrawList,
+    plan: ShadowPlan | None,
+    target: ShadeTarget | LightSums,
+    gbuffer: GBuffer,
+    impostors: ImpostorFrame | None,
+    side: int = 1,
+    part: float | None = None,
+) -> None:
+    """Shade into a target, or add a part of the picture to sums."""
+    maps = shadow_maps_of(device, job, plan, in_turn=part is not None) if plan is not None else None
+    holds_impostors = impostors is not None and bool(impostors.drawn)
+    walks = holds_impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
+    triangles = device.triangles(linked=walks, normals=holds_impostors)
+    large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
+    device.shade_pass.draw(
+        target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large, holds_impostors, side, part
+    )
+
+
+def wants_data(job: Job) -> bool:
+    """Whether images at pixel centres are made beside the picture."""
+    return job.measure or any(name in DATA_PASSES for name in job.passes)
+
+
+def look_of(device: Device, job: Job, impostors: ImpostorFrame | None) -> Hashable:
+    """What a shaded picture of the job's size depends on; None where that cannot be said, impostors having a life of
+    their own, or where edges are read as they are drawn."""
+    if impostors is not None or "edges" in job.passes:
+        return None
+    store, shown = device.store, None if job.shown is None else job.shown.tobytes()
+    lights = tuple(one.key for one in (job.light, *job.others) if one is not None)
+    return store.state, store.colors, job.camera.key, shown, lights, job.settings

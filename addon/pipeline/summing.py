@@ -1,0 +1,129 @@
+"""The images of a picture that many hard lights add up to: several lights, and lights with a size. Worker thread only.
+
+The surfaces are drawn once; every light draws its maps once and shades all views of it: the pixels' centres, where data passes are asked
+for, and the camera's samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..maths.shadow.projection import ShadowPlan
+from ..maths.view import Camera, LightSource
+from ..settings.groups import DISPLAYS, ShadingWorld
+from .device import Device
+from .geometry.draw_list import DrawList
+from .gl.machine import spare_bytes
+from .gl.readback import read_texture
+from .impostors.life import ImpostorFrame
+from .job import Job
+from .many_lights import SummedView, add_up, begin_or_go_on
+from .overlay import Overlay
+from .passes.light_sums import BYTES_A_PIXEL
+from .passes.samples import BYTES_A_SAMPLE, pictures, regular_grid
+from .passes.shade import ShadeTarget
+from .stages import Enter, cast, draw_surfaces, look_of, plan_of, shade_once, wants_data
+
+
+def shade_many(
+    device: Device,
+    job: Job,
+    draw_list: DrawList,
+    plan: ShadowPlan | None,
+    impostors: ImpostorFrame | None,
+    enter: Enter,
+    sources: Sequence[LightSource],
+) -> tuple[np.ndarray | None, list[np.ndarray] | None, np.ndarray | None]:
+    """As `shading.shade`. The data images are those of the main light, but for the shadow, which is of all."""
+    summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter)
+    has_data, is_shown = wants_data(job), "combined" in job.passes
+    data = summing.data_images(plan) if has_data else None
+    centre = SummedView(job.camera, device.gbuffer(job.size), device.light_sums(job.size))
+    if not is_shown or job.settings.shading.samples == 1:
+        picture = device.shade_target(job.size, False)
+        summing.add([centre], look_of(device, summing.countless, impostors))
+        if is_shown:
+            summing.resolve(centre, picture)
+    else:
+        picture = summing.mean_of_samples([centre] if has_data else [])
+    summing.leave(plan)
+    if data is not None:
+        arriving = centre.sums.shares()
+        data[0][..., 3] = np.where(np.isnan(arriving), data[0][..., 3], arriving)
+    return read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage
+
+
+@dataclass(frozen=True, eq=False)
+class Summing:
+    """One picture being added up."""
+
+    device: Device
+    job: Job
+    draw_list: DrawList
+    impostors: ImpostorFrame | None
+    sources: Sequence[LightSource]
+    overlay: Overlay
+    enter: Enter
+
+    @property
+    def countless(self) -> Job:
+        """The job whatever its number of light samples: what is added up of one is added up of the other."""
+        lights = replace(self.job.settings.lights, samples=min(self.job.settings.lights.samples, 1))
+        return replace(self.job, settings=replace(self.job.settings, lights=lights))
+
+    def data_images(self, plan: ShadowPlan | None) -> list[np.ndarray]:
+        """Errors, normals and numbers at pixel centres, of the main light."""
+        target = self.device.shade_target(self.job.size, True)
+        shade_once(self.device, self.job, self.job.camera, self.draw_list, plan, target, self.device.gbuffer(self.job.size), self.impostors)
+        return [read_texture(texture) for texture in target.textures[1:]]
+
+    def add(self, views: Sequence[SummedView], holds: object, done: float = 0.0, share: float = 1.0) -> None:
+        """Bring the sums of the views to the job's rounds; they hold `holds` then, and may do so already with fewer rounds."""
+        begin_or_go_on(views, holds, self.job, self.sources)
+        add_up(self.job, views, self.sources, self._add_light, lambda part: self.enter(0.7 + 0.25 * (done + share * part), "shade"))
+
+    def _add_light(self, lit: Job, views: Sequence[SummedView], part: float) -> None:
+        device = self.device
+        draw_list, plan = device.store.sync(lit.scene), plan_of(device, lit, lit.scene.bounds_ws())
+        if plan is not None:
+            cast(device, lit, draw_list, plan, self.impostors, in_turn=True)
+        for view in views:
+            shade_once(device, lit, view.camera, draw_list, plan, view.sums, view.gbuffer, self.impostors, view.side, part)
+
+    def mean_of_samples(self, beside: list[SummedView]) -> ShadeTarget:
+        """The mean of several camera samples a pixel; the first pictures of them are added up together with the views `beside`."""
+        device, job, size = self.device, self.job, self.job.size
+        offsets, look = regular_grid(job.settings.shading.samples), look_of(device, self.countless, self.impostors)
+        spare = spare_bytes(size, wants_data(job)) * BYTES_A_SAMPLE // (BYTES_A_SAMPLE + BYTES_A_PIXEL)
+        shots = pictures(job.camera, size, offsets, device.context.info["GL_MAX_TEXTURE_SIZE"], spare)
+        mean = device.mean(size)
+        mean.clear()
+        for i, (camera, side) in enumerate(shots):
+            draw_list = device.store.sync(job.scene)
+            view, target = self._view(camera, side, draw_list), device.shade_target((size[0] * side, size[1] * side), False, "samples")
+            self.add([*beside, view] if i == 0 else [view], look if len(shots) == 1 else None, i / len(shots), 1.0 / len(shots))
+            self.resolve(view, target, side * side / len(offsets))
+            mean.add(device.programs, target.textures[0], side, len(offsets))
+        return mean.target
+
+    def _view(self, camera: Camera, side: int, draw_list: DrawList) -> SummedView:
+        size = self.job.size[0] * side, self.job.size[1] * side
+        gbuffer = self.device.gbuffer(size, "samples")
+        draw_surfaces(self.device, self.job, draw_list, camera, self.impostors, gbuffer)
+        return SummedView(camera, gbuffer, self.device.light_sums(size, "samples"), side)
+
+    def resolve(self, view: SummedView, target: ShadeTarget, share: float = 1.0) -> None:
+        """Make the picture of a view's sums, a `share` of the camera's samples, with what is laid over it."""
+        shading = self.job.settings.shading.under(ShadingWorld())
+        target.holds = None
+        view.sums.resolve(self.device.programs, target.framebuffer, shading.background, DISPLAYS.index(shading.display))
+        self.overlay.draw(view.camera, view.gbuffer, target.textures[0], view.side, share)
+
+    def leave(self, plan: ShadowPlan | None) -> None:
+        """The scene as the main light sees it again, and its maps where somebody will read them."""
+        draw_list = self.device.store.sync(self.job.scene)
+        if plan is not None and "texel" in self.job.passes:
+            cast(self.device, self.job, draw_list, plan_of(self.device, self.job, self.job.scene.bounds_ws()), self.impostors)
