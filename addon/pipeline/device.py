@@ -21,8 +21,8 @@ from .gl.programs import Programs
 from .passes.edges import EdgeTarget
 from .passes.gbuffer import GBuffer
 from .passes.large_receivers import STEPS, LargePlanes, large_planes
-from .passes.reach_sums import ReachSums, SurfacePlaces
 from .passes.light_sums import LightSums
+from .passes.reach_sums import ReachSums, SurfacePlaces
 from .passes.samples import Mean
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps

@@ -13,7 +13,8 @@ from .gl.readback import read_texture
 from .job import Job
 from .passes.gbuffer import draw_gbuffer
 from .reach import ReachChoice, add_lights, seen_places
-from .renderer import Ticket, both, check_size
+from .renderer import Ticket, check_size
+from .stages import both
 
 ROW = 1024  # places given by hand in a row of their texture
 
