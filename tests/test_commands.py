@@ -15,6 +15,7 @@ MODULES = sorted(path.stem for path in (ROOT / "addon" / "cli" / "commands").glo
 LEAST = {
     "theory": ["--near", "1", "--far", "9"],
     "sun-study": ["--latitude", "1", "--longitude", "1", "--date", "2026-06-21"],
+    "sun-hours": ["--latitude", "1", "--longitude", "1", "--date", "2026-06-21"],
     "advise": ["--texels", "9"],
 }
 WITHOUT_BLENDER = """

@@ -29,11 +29,12 @@ FLOORS = {
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras complaints light_links pictures random_numbers vertex_colors visibility < nodes varied"
     " < meshes shaders < lights materials world < instances < marks < reader < __init__",
-    "addon/cli": "argument_types command exit_codes settings_file batch < rivals shared_arguments < commands < parser run < inputs < main"
+    "addon/cli": "argument_types command exit_codes settings_file batch < rivals"
+    " shared_arguments sun_arguments < commands < parser run < inputs < main"
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
-    "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes < __init__",
+    "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes scale_bar < __init__",
     "addon/maths": "directions domains low_discrepancy tables < light_shapes sky spaces partitioning < light_set warping < choices < sun"
     " < view < frusta nearest relief < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
@@ -43,7 +44,7 @@ FLOORS = {
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
-    "addon/pipeline": "frame gl < geometry < passes < device < impostors < job < many_lights reach overlay render_passes < stages < summing"
+    "addon/pipeline": "frame gl reach_choice < geometry < passes < device < impostors < job < many_lights reach overlay render_passes < stages < summing"
     " < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
@@ -65,10 +66,10 @@ FLOORS = {
     " < combinations looks < __init__",
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "diagnostics legends map_outlines pending report scratch staged stopping terminal < run < advice error_graph"
-    " light_view outputs sun truth < impostors < __init__",
+    " light_view outputs truth < impostors surface_samples < sun < __init__",
     "addon/studies/advice": "candidates goal sampled_frame < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
-    "addon/studies/sun": "moments < pictures < __init__",
+    "addon/studies/sun": "days moments < hours pictures < __init__",
     "addon/studies/truth": "backends triangles < tracer < footprint < compare < __init__ < against",
 }
 MOST_ROOMS = 14  # at the top of addon/, shaders/ among them

@@ -7,7 +7,7 @@ the next. What a surface is to many lights does not depend on how it is seen: pi
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,32 +16,22 @@ from ..maths.light_set import LightSet
 from ..maths.shadow.light_set_plan import hull_points, plan_light_set
 from ..maths.view import Camera
 from ..scene.looks import NO_SHADOW
-from ..settings.groups import ShadowTestChoice
 from .device import Device
 from .geometry.draw_list import DrawList
 from .gl.gl_raw import finish
 from .gl.readback import read_texture
 from .passes.gbuffer import GBuffer, surface_points_ws
-from .passes.reach_sums import TIMES, ReachSums, SurfacePlaces, walks
+from .passes.reach_sums import ReachSums, SurfacePlaces, walks
 from .passes.shadow import MAX_MAPS, draw_shadow_maps
+from .reach_choice import ReachChoice
 
-EXACT = ShadowTestChoice(kind="triangle")
 BATCH_BYTES = 96 << 20  # of maps that are drawn before they are looked up
 
 
-@dataclass(frozen=True, slots=True)
-class ReachChoice:
-    """How sums are made: texels a side of every map, the shadow test, and what is summed, TIMES or COSINES of `reach_sums.frag`."""
-
-    size: int = 1024
-    test: ShadowTestChoice = EXACT
-    sums: int = TIMES
-
-    @property
-    def batch(self) -> int:
-        """Maps that are there at once."""
-        numbers = 3 if walks(self.test) else 1
-        return max(1, min(MAX_MAPS, BATCH_BYTES // (self.size * self.size * 4 * numbers)))
+def batch_of(choice: ReachChoice) -> int:
+    """Maps that are there at once."""
+    numbers = 3 if walks(choice.test) else 1
+    return max(1, min(MAX_MAPS, BATCH_BYTES // (choice.size * choice.size * 4 * numbers)))
 
 
 def add_lights(
@@ -59,11 +49,11 @@ def add_lights(
 
     `enter(fraction, stage)` is told how far it is, and may raise to end it.
     """
-    scene = draw_list.scene
+    scene, batch = draw_list.scene, batch_of(choice)
     bounds, casters, rows = scene.bounds_ws(), scene.caster_bounds_ws(), scene.instances.without(NO_SHADOW)
-    for start in range(0, len(lights), choice.batch):
+    for start in range(0, len(lights), batch):
         enter(start / len(lights), f"light {start + 1} of {len(lights)}")
-        some = part(lights, start, start + choice.batch)
+        some = part(lights, start, start + batch)
         plan = plan_light_set(some.directions_ws, hull_ws, origin_ws, FitChoice(size=choice.size), bounds, casters)
         maps = device.reach_maps(choice.size, len(some), choice.test)
         draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, choice.test, rows)

@@ -12,7 +12,8 @@ from .gl.machine import check_picture
 from .gl.readback import read_texture
 from .job import Job
 from .passes.gbuffer import draw_gbuffer
-from .reach import ReachChoice, add_lights, seen_places
+from .reach import add_lights, seen_places
+from .reach_choice import ReachChoice
 from .renderer import Ticket, check_size
 from .stages import both
 

@@ -6,8 +6,7 @@ import pytest
 from addon.maths.light_set import LightSet, all_round
 from addon.maths.view import Light
 from addon.pipeline.job import Job
-from addon.pipeline.passes.reach_sums import COSINES
-from addon.pipeline.reach import ReachChoice
+from addon.pipeline.reach_choice import COSINES, ReachChoice
 from addon.pipeline.reach_tasks import sums_at_places, sums_of_pixels
 from addon.settings.groups import Settings, ShadowTestChoice
 from tests import scenes

@@ -6,8 +6,6 @@ import argparse
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from datetime import date
-from math import radians
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
@@ -15,14 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...images.whole import check_picture
-from ...maths.sun import Clock, Place, nautical_offset_h
 from ...scene.asked_view import LightMaker
 from ...studies.outputs import write_json, written
 from ...studies.run import Outcome
-from ...studies.sun.moments import DEFAULT_STEPS, Moment, clock_hours, moments
-from ..argument_types import between, positive
+from ...studies.sun.moments import DEFAULT_STEPS, Moment, moments
+from ..argument_types import positive
 from ..command import Command
 from ..shared_arguments import SECTIONS, add_batch, add_inputs, add_method, add_reporting, add_view
+from ..sun_arguments import add_place, sky
 
 if TYPE_CHECKING:
     import bpy
@@ -43,39 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def add_sun(parser: argparse.ArgumentParser) -> None:
     """Place, day and hours of a sun study."""
     group = parser.add_argument_group("sun")
-    group.add_argument(
-        "--latitude", type=between(-90, 90), required=True, metavar="DEG", help="degrees north of the equator, negative southwards"
-    )
-    group.add_argument(
-        "--longitude", type=between(-180, 180), required=True, metavar="DEG", help="degrees east of Greenwich, negative westwards"
-    )
-    group.add_argument("--date", type=date.fromisoformat, required=True, metavar="YYYY-MM-DD", help="the day")
-    group.add_argument("--from", dest="start", type=clock_hours, metavar="HH:MM", help="first picture (default: sunrise)")
-    group.add_argument("--to", dest="end", type=clock_hours, metavar="HH:MM", help="last picture (default: sunset)")
+    add_place(group, ("first picture (default: sunrise)", "last picture (default: sunset)"))
     group.add_argument(
         "--steps", type=positive, default=DEFAULT_STEPS, metavar="N", help=f"pictures, evenly spaced (default {DEFAULT_STEPS})"
     )
-    group.add_argument(
-        "--utc-offset",
-        type=between(-24, 24),
-        metavar="HOURS",
-        help="hours the clock is ahead of universal time (default: the longitude's time zone, without summer time)",
-    )
-    group.add_argument(
-        "--north-offset",
-        type=between(-360, 360),
-        default=0.0,
-        metavar="DEG",
-        help="from +Y to north, clockwise seen from above (default 0)",
-    )
     group.add_argument("--columns", type=positive, metavar="N", help="pictures per row; 1 row with N = steps (default: about square)")
     group.add_argument("--pictures", action="store_true", help="also every picture by itself")
-
-
-def sky(args: argparse.Namespace) -> tuple[Clock, Place]:
-    """The clock and the place asked for; raises `SettingsError`."""
-    place = Place(radians(args.latitude), radians(args.longitude), radians(args.north_offset))
-    return Clock(args.date, nautical_offset_h(place.longitude_rad) if args.utc_offset is None else args.utc_offset), place
 
 
 def sun_study(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args: argparse.Namespace) -> tuple[dict[str, object], str]:

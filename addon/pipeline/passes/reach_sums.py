@@ -24,7 +24,6 @@ from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 
-TIMES, COSINES = 0, 1  # SUMS of reach_sums.frag
 NOISE = 4.8e-7  # of the largest coordinate: what float32 cannot tell, as in common_surface_seen.glsl
 LEAST_FACING = 1e-6  # as the ray-traced truth has it
 
