@@ -58,10 +58,14 @@ def test_polar_night_is_said_and_is_no_failure(main, table, tmp_path):
     assert all(row["sun_hours_max"] == 0.0 for row in report["sun_hours"]["objects"])
 
 
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [(["--to-date", "2026-01-01"], "before"), (["--from", "12:00", "--to", "09:00"], "forward"), (["--step", "0"], "step")],
-)
+WRONG = [
+    (["--to-date", "2026-01-01"], "before"),
+    (["--from", "12:00", "--to", "09:00"], "forward"),
+    (["--step", "0"], "step"),
+]
+
+
+@pytest.mark.parametrize(("more", "words"), WRONG)
 def test_days_and_hours_that_mean_nothing_are_a_misuse(main, table, capfd, more, words):
     assert main(["sun-hours", str(table), *WHERE, *more]) == 2
     assert words in capfd.readouterr().err
