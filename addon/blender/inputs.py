@@ -7,12 +7,15 @@ from pathlib import Path
 import bpy
 
 from ..errors import CadFileError, SceneError
+from ..scene.cad.formats import BY_SUFFIX
+from ..scene.cad.sniff import checked_path
 from ..scene.cad_model import CadModel
 from ..scene.plain_text import shown_name
 from ..scene.reading import apart as reading
 from ..scene.user_files import note, opened
 from ..studies import stopping
 from .cad_import import to_blender
+from .own_importers import imported, is_for_blender
 
 BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
 
@@ -27,6 +30,10 @@ def open_input(source: str, units: str | None = None, up: str | None = None) -> 
     path = Path(source)
     if path.suffix.lower() == ".blend":
         return open_blend(path), ()
+    if is_for_blender(path):
+        checked_path(path, BY_SUFFIX)
+        scene = _empty_scene()
+        return scene, imported(path, scene.collection, units, up)[1]
     return open_model(reading.read(path, units, up, stopping.check))
 
 
@@ -82,9 +89,14 @@ def open_deck(triangles: int) -> tuple[bpy.types.Scene, tuple[str, ...]]:
 
 def open_model(model: CadModel) -> tuple[bpy.types.Scene, tuple[str, ...]]:
     """A new scene that holds only this CAD model. Colours are shown as the file gives them (view transform Standard)."""
+    scene = _empty_scene()
+    to_blender(model, scene.collection)
+    return scene, model.warnings
+
+
+def _empty_scene() -> bpy.types.Scene:
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     scene = bpy.context.scene
     scene.view_settings.view_transform = "Standard"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 1280, 720, 100
-    to_blender(model, scene.collection)
-    return scene, model.warnings
+    return scene

@@ -11,8 +11,10 @@ from mathutils import Matrix
 
 from ..blender import clip_range
 from ..blender.cad_import import to_blender
+from ..blender.own_importers import bounds, imported, is_for_blender
 from ..errors import UserError
-from ..scene.cad.formats import FORMATS, SUFFIXES, said
+from ..scene.cad.formats import BY_SUFFIX, FORMATS, SUFFIXES, said
+from ..scene.cad.sniff import checked_path
 from ..scene.cad.units import METRES_PER_UNIT, UPS
 from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
@@ -100,8 +102,11 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         if self._reading is None and not self._todo:
             return self._made(context)
         try:
+            if self._reading is None and is_for_blender(self._todo[0]):
+                self._models.append(checked_path(self._todo.pop(0), BY_SUFFIX))
+                return None
             if self._reading is None:
-                self._reading = Reading(self._todo.pop(0), *(None if one == "AUTO" else one for one in (self.units, self.up)))
+                self._reading = Reading(self._todo.pop(0), *self._overrides())
             _say(context, f"{self._reading.progress[1]} · Esc stops")
             self._models.append(self._reading.result(wait_s))
         except TimeoutError:
@@ -122,18 +127,36 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         """The objects of all that was read."""
         _say(context, None)
         shutdown()
-        for warning in (warning for model in self._models for warning in model.warnings):
-            self.report({"WARNING"}, warning)
-        if not self._models:
-            return {"CANCELLED"}
-        made = [to_blender(model, context.collection) for model in self._models]
         cube = startup_cube(context.scene) if self.replaces_cube else None
+        made = [one for model in self._models if (one := self._placed(model, context.collection)) is not None]
+        if not made:
+            return {"CANCELLED"}
         if cube is not None:
             bpy.data.objects.remove(cube)
-        _select(context, made)
-        _show(context, [model.bounds() for model in self._models])
-        self.report({"INFO"}, "Imported " + "; ".join(_summary(m) for m in self._models))
+        _select(context, [collection for collection, _, _ in made])
+        _show(context, [box for _, box, _ in made])
+        self.report({"INFO"}, "Imported " + "; ".join(line for _, _, line in made))
         return {"FINISHED"}
+
+    def _placed(self, model: CadModel | Path, parent: bpy.types.Collection) -> tuple[bpy.types.Collection, np.ndarray, str] | None:
+        """The objects of a file, their bounds and a line about them; None where Blender's own importer, which reads it only now, fails."""
+        if isinstance(model, CadModel):
+            collection, warnings, box, line = to_blender(model, parent), model.warnings, model.bounds(), _summary(model)
+        else:
+            try:
+                collection, warnings = imported(model, parent, *self._overrides())
+            except UserError as error:
+                refused(self, error)
+                return None
+            box = bounds(collection)
+            line = f"{collection.name}: {len(collection.all_objects):,} objects, {_size(box)} m"
+        for warning in warnings:
+            self.report({"WARNING"}, warning)
+        return collection, box, line
+
+    def _overrides(self) -> tuple[str | None, str | None]:
+        """The unit and the up axis that were chosen."""
+        return None if self.units == "AUTO" else self.units, None if self.up == "AUTO" else self.up
 
     def _paths(self) -> list[Path]:
         chosen = [Path(self.directory) / f.name for f in self.files if f.name]
@@ -182,11 +205,14 @@ def _show(context: bpy.types.Context, bounds: list[np.ndarray]) -> None:
 
 
 def _summary(model: CadModel) -> str:
-    size = model.bounds()[1] - model.bounds()[0]
     return (
         f"{model.name}: {model.part_count:,} parts, {model.triangle_count:,} triangles, "
-        f"{size[0]:.4g} × {size[1]:.4g} × {size[2]:.4g} m (unit {model.units}, {model.up} up)"
+        f"{_size(model.bounds())} m (unit {model.units}, {model.up} up)"
     )
+
+
+def _size(box: np.ndarray) -> str:
+    return " × ".join(f"{side:.4g}" for side in box[1] - box[0])
 
 
 class CAD_SHADOW_FH_import_cad(bpy.types.FileHandler):

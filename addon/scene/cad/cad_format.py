@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 
+from ...errors import CadFileError
 from .raw import RawFile
 
 
@@ -28,6 +29,7 @@ class CadFormat:
     """A row: the name that users know, a signature for each suffix, the reader, the `place` in lists, and what a file means that says
     nothing of unit and axis.
 
+    `importers`: Blender's own operators, the first of which that there is reads it; `read` then only says so.
     Of suffixes with the same signature the first is the one that a file under a wrong name is told to take.
     """
 
@@ -37,6 +39,7 @@ class CadFormat:
     place: int
     unit: str = "m"
     up: str = "Z"
+    importers: tuple[str, ...] = ()
     fixes_unit: bool = False  # the format itself says the unit; of the others a missing one is a guess, and a warning
 
     @property
@@ -54,3 +57,9 @@ def starts_text(pattern: bytes) -> Signature:
     """A text that begins with what fits the pattern, after a byte order mark and blanks."""
     first = re.compile(rb"[\xef\xbb\xbf \t\r\n]*(?:" + pattern + rb")")
     return lambda head, _size: Likeness.TEXT if first.match(head) else Likeness.NO
+
+
+def only_in_blender(path: Path) -> CadFileError:
+    """What the reader of a format raises that Blender's own importers read."""
+    suffix = path.suffix[1:].upper()
+    return CadFileError(f"{path.name} is read by Blender's own {suffix} importer: open it in Blender, or with this program's commands.")
