@@ -25,6 +25,10 @@ class GpuError(UserError):
     """No OpenGL context, or a request beyond its limits."""
 
 
+class DriverError(GpuError):
+    """The graphics driver failed at what it can do otherwise: its context is made anew before anything else is drawn."""
+
+
 class OutputError(UserError):
     """A result that cannot be written."""
 

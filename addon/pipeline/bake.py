@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import GpuError, SceneError
+from ..errors import DriverError, GpuError, SceneError
 from ..maths.relief.frame import capture_frame
 from ..maths.relief.warp import CaptureFrame
 from ..scene.looks import PLAIN_LOOKS
@@ -123,6 +123,8 @@ def bake_all(
         ticket.enter(number / len(choice.groups), "capturing")
         try:
             out.append(bake(device, job, group, choice, unlit))
+        except DriverError:
+            raise
         except (SceneError, GpuError) as error:
             out.append(error)
     return out

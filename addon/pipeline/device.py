@@ -127,6 +127,7 @@ class Device:
                 kept[1].release()
                 del self._kept[kind]
             with ExitStack() as made:
+                made.callback(self.unbind)  # what fails may have bound what is freed now
                 with allocating(self.context, *_WANTED.get(kind, _PICTURE)):
                     thing = freed_with(made, make())
                 made.pop_all()

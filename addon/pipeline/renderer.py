@@ -21,6 +21,7 @@ from ..maths.shadow.projection import ShadowPlan
 from .device import Device, device_of
 from .frame import Frame
 from .geometry.draw_list import DrawList
+from .gl.allocation import check_memory
 from .gl.context import GpuWorker, shared_worker
 from .gl.gl_raw import finish
 from .gl.machine import check_picture
@@ -78,7 +79,13 @@ class Renderer:
     def queue(self, job: Job, ticket: Ticket, task: Task | None = None, *arguments: object) -> Future:
         """Queue a frame, or another task, with a ticket of the caller's own."""
         work = task or render_frame
-        return self.worker.submit(lambda context: work(device_of(context, self.worker), job, ticket, *arguments), ticket.give_up)
+
+        def checked(context: moderngl.Context) -> object:
+            result = work(device_of(context, self.worker), job, ticket, *arguments)
+            check_memory(context)
+            return result
+
+        return self.worker.submit(checked, ticket.give_up)
 
 
 def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:

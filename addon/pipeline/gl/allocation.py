@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from typing import Protocol, TypeVar
 
 import moderngl
 
-from ...errors import GpuError
+from ...errors import DriverError, GpuError
 
+log = logging.getLogger(__name__)
 FULL = "GL_OUT_OF_MEMORY"
 NONE = "GL_NO_ERROR"
 SEVERAL = 8  # a driver may keep more than one error at a time, and one that is lost reports without end
@@ -34,20 +36,20 @@ def freed_with(stack: ExitStack, thing: R) -> R:
 @contextmanager
 def allocating(context: moderngl.Context, what: str, advice: str) -> Iterator[None]:
     """What is made while this lasts is there afterwards; else `GpuError`, which names `what` was wanted and gives the `advice`."""
-    _noted(context)
+    check_memory(context)
     try:
         yield
     except (moderngl.Error, GpuError) as error:
-        found = _noted(context)
+        found = noted(context)
         if isinstance(error, GpuError) and FULL not in found:
             raise
         raise _refusal(found or [str(error)], what, advice) from error
-    found = _noted(context)
+    found = noted(context)
     if found:
         raise _refusal(found, what, advice)
 
 
-def _noted(context: moderngl.Context) -> list[str]:
+def noted(context: moderngl.Context) -> list[str]:
     """The errors that the driver has noted since it was last asked."""
     return [error for error in (context.error for _ in range(SEVERAL)) if error != NONE]
 
@@ -55,7 +57,19 @@ def _noted(context: moderngl.Context) -> list[str]:
 def _refusal(errors: list[str], what: str, advice: str) -> GpuError:
     if FULL in errors:
         return GpuError(f"There is not enough graphics memory for {what}: {advice}.")
-    return GpuError(f"The graphics driver refused {what} ({errors[0]}): {advice}, or update the driver.")
+    return DriverError(f"The graphics driver refused {what} ({errors[0]}): {advice}, or update the driver.")
+
+
+def check_memory(context: moderngl.Context) -> None:
+    """Raise `DriverError` when the driver has noted, since it was last asked, that it had no memory: what was drawn may be anything.
+
+    Whatever else it has noted is logged: the pictures may be right all the same.
+    """
+    found = noted(context)
+    if FULL in found:
+        raise DriverError("There is not enough graphics memory for this picture: choose a smaller one, or hide parts of the scene.")
+    if found:
+        log.error("OpenGL noted %s", ", ".join(found))
 
 
 def check_buffer_texture(context: moderngl.Context, texels: int) -> None:

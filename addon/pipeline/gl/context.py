@@ -10,6 +10,7 @@ from __future__ import annotations
 import atexit
 import ctypes
 import gc
+import logging
 import os
 import queue
 import sys
@@ -23,10 +24,11 @@ from typing import TypeVar
 
 import moderngl
 
-from ...errors import GpuError
+from ...errors import DriverError, GpuError, UserError
 from .machine import chosen, note_context
 
 T = TypeVar("T")
+log = logging.getLogger(__name__)
 THREAD_NAME = "cad-shadow-gl"
 REQUIRED_GL = 330
 
@@ -150,9 +152,20 @@ class _Life(threading.Thread):
         try:
             if item.needs_context and self._context is None:
                 self._context = create_context(self._backend)
-            item.future.set_result(item.job(self._context))
+            result = item.job(self._context)
         except BaseException as error:  # handed to the caller, who raises it
-            item.future.set_exception(error)
+            if self._context is not None and (isinstance(error, DriverError) or not isinstance(error, UserError)):
+                self._start_afresh()
+            item.future.set_exception(_in_words(error))
+        else:
+            item.future.set_result(result)
+
+    def _start_afresh(self) -> None:
+        """Drop the context and all that is in it, whatever state a failure has left them in: the next job gets another."""
+        try:
+            self._release()
+        except Exception as error:  # one that is lost may fail at its release too
+            log.info("a context was dropped: %r", error)
 
     def _drop_queued(self) -> None:
         while True:
@@ -171,6 +184,15 @@ class _Life(threading.Thread):
             for release in reversed(self.releases):
                 stack.callback(release)
             self._context, self.releases = None, []
+
+
+def _in_words(error: BaseException) -> BaseException:
+    """The error as users are told it: what moderngl raises is the driver's failure."""
+    if not isinstance(error, moderngl.Error):
+        return error
+    words = DriverError(f"The graphics driver failed ({' '.join(str(error).split())}): try again, or update the driver.")
+    words.__cause__ = error
+    return words
 
 
 class GpuWorker:

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import moderngl
 
-from ...errors import GpuError
+from ...errors import DriverError
 from ...maths.depth_projection import DepthProjection
 from .gl_raw import Owned, raw_gl
 
@@ -36,7 +36,7 @@ class DepthBuffer(Owned):
         self.raw.FramebufferRenderbuffer(_FRAMEBUFFER, _DEPTH_ATTACHMENT, _RENDERBUFFER, self.glo)
         framebuffer.depth_mask = True
         if self.raw.CheckFramebufferStatus(_FRAMEBUFFER) != _COMPLETE:
-            raise GpuError("The driver refused a 32-bit float depth buffer: update the graphics driver.")
+            raise DriverError("The driver refused a 32-bit float depth buffer: update the graphics driver.")
         return framebuffer
 
     @contextmanager

@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import moderngl
 import numpy as np
 
-from ...errors import GpuError
-from .allocation import check_buffer_texture
+from ...errors import DriverError, GpuError
+from .allocation import check_buffer_texture, check_memory
 
 GL_DEPTH_CLAMP = 0x864F
 _TRIANGLES, _UNSIGNED_INT = 0x0004, 0x1405
@@ -234,8 +234,13 @@ class LayerFramebuffer(Owned):
         raw.ReadBuffer(targets[0])
         if raw.CheckFramebufferStatus(_FRAMEBUFFER) != _COMPLETE:
             self.release()
-            raise GpuError("The driver refused a 32-bit float depth layer as a shadow map: update the graphics driver.")
-        self.framebuffer = context.detect_framebuffer(self.glo)
+            raise DriverError("The driver refused a 32-bit float depth layer as a shadow map: update the graphics driver.")
+        try:
+            check_memory(context)
+            self.framebuffer = context.detect_framebuffer(self.glo)
+        except (moderngl.Error, GpuError):
+            self.release()
+            raise
         _ = context.error  # moderngl asks a layer for its size as if it were a plain texture, which GL refuses, harmlessly
         self.size = depth.size if depth is not None else colors[0].size[0]
 

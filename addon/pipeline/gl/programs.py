@@ -9,7 +9,7 @@ from pathlib import Path
 import moderngl
 import numpy as np
 
-from ...errors import GpuError
+from ...errors import DriverError
 from ...maths.spaces import translation
 from .gl_raw import raw_gl
 
@@ -100,7 +100,7 @@ class Programs:
         self._programs: dict[tuple, moderngl.Program] = {}
 
     def get(self, vertex: str, fragment: str, geometry: str | None = None, **defines: int | float | bool | str) -> moderngl.Program:
-        """The program of `vertex` + `fragment` (+ `geometry`) with these defines, compiled once. Raises `GpuError`."""
+        """The program of `vertex` + `fragment` (+ `geometry`) with these defines, compiled once. Raises `DriverError`."""
         values: Defines = tuple(sorted((k, int(v) if isinstance(v, bool) else v) for k, v in defines.items()))
         key = (vertex, fragment, geometry, values)
         if key not in self._programs:
@@ -111,7 +111,9 @@ class Programs:
                     geometry_shader=source(geometry, values) if geometry else None,
                 )
             except moderngl.Error as error:
-                raise GpuError(f"A shader did not compile ({vertex}, {fragment}): {error}") from error
+                raise DriverError(
+                    f"A shader did not compile ({vertex}, {fragment}: {' '.join(str(error).split())}): update the graphics driver."
+                ) from error
             _set_samplers(self._context, program)
             self._programs[key] = program
         return self._programs[key]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...errors import GpuError, SceneError
+from ...errors import DriverError, GpuError, SceneError
 from ...maths.relief.carry import carries
 from ...maths.relief.edges import ReliefEdges
 from ...maths.relief.frame import is_at_capture, tilt_rad
@@ -200,6 +200,8 @@ class ImpostorLibrary:
         begin = time.perf_counter_ns()
         try:
             fresh, shown = self._captured(part, seen, draw_list, view, number)
+        except DriverError:
+            raise
         except (SceneError, GpuError) as error:
             self._drop(key)
             return Action(key, "geometry", evict=True, reason=str(error)), seen

@@ -8,13 +8,14 @@ is far larger than a map: these get the triangles.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 import moderngl
 import numpy as np
 
-from ...errors import GpuError, SceneError
+from ...errors import DriverError, GpuError, SceneError
 from ...maths import spaces
 from ...maths.relief.frame import capture_frame
 from ...maths.shadow.cut import are_large
@@ -30,6 +31,7 @@ from .draw import draw_caster
 from .life import ImpostorFrame
 from .records import ImpostorChoice, Part, parts_of
 
+log = logging.getLogger(__name__)
 HULL_MARGIN = 1.02
 """The light's view is so much wider than the object."""
 
@@ -103,7 +105,10 @@ class CasterLibrary:
             textures = capture(
                 self._device, draw_list, part.rows, capture_frame(part.hull_ws, camera, (map_size, map_size), laid), with_back=False
             )
-        except (SceneError, GpuError):
+        except DriverError:
+            raise
+        except (SceneError, GpuError) as error:
+            log.info("%s casts by its triangles: %s", part.group.name or "an impostor", error)
             return False
         self._kept[key] = mark, textures
         return True

@@ -134,7 +134,10 @@ class _KeptSamples:
         if not self._layers or any(have < wanted for have, wanted in zip(self._layers[0].size, size, strict=True)):
             self.release()
             whole = tuple(-(-n // 64) * 64 for n in size)
-            self._layers = _Samples(self._device.context, whole), _Samples(self._device.context, whole)
+            with ExitStack() as made:
+                first, second = (freed_with(made, _Samples(self._device.context, whole)) for _ in range(2))
+                made.pop_all()
+            self._layers = first, second
         return self._layers
 
     def release_large(self) -> None:
