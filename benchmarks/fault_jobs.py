@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from addon.errors import Cancelled, UserError
+from addon.maths.relief.settings import ImpostorSettings
 from addon.maths.view import Light
 from addon.pipeline.gl.context import THREAD_NAME, GpuWorker
 from addon.pipeline.impostors.records import ImpostorChoice, ImpostorGroup
@@ -30,7 +31,7 @@ CAMERA, SUN = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60
 SCENE = scenes.scene_of(scenes.floor(), scenes.box((-1.0, -1.0, 0.0), (1.0, 1.0, 2.0)), scenes.ball((2.0, 1.0, 0.6), 0.6))
 LAMP = Light("point", None, np.array([3.0, -2.0, 4.0]))
 SMALL = Settings().replaced(fit={"size": 64})
-IMPOSTORS = ImpostorChoice((ImpostorGroup("ball", (2,), "ball"),), break_even=False, fresh=True, casters="impostor")
+IMPOSTORS = ImpostorChoice((ImpostorGroup("ball", (2,), "ball"),), ImpostorSettings(break_even=False, casters="impostor"), alone=True)
 PLAIN = Job(scenes.closed_box(), CAMERA, SUN, SMALL, SIZE)
 CASES = {
     "a picture": Job(SCENE, CAMERA, SUN, SMALL, SIZE),
