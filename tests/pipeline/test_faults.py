@@ -11,7 +11,7 @@ from addon.pipeline.renderer import Renderer
 from benchmarks.fault_jobs import CASES, PLAIN, Reference, drawn, driver_fault, escapes
 from benchmarks.gl_faults import KINDS, Points, injected, makers
 
-SPREAD = 5
+SPREAD = 3
 
 
 @pytest.fixture(scope="module")
