@@ -25,7 +25,7 @@ def assemble(raw: RawFile, file: Path, kind: CadFormat, units: str | None, up: s
     """Claim: the model in metres and Z up; raises `CadFileError` when not one triangle with an area is left."""
     warnings = list(raw.warnings)
     unit, scale = metres_per_unit(units or raw.units or kind.unit)
-    axis = (up or kind.up).strip().upper()
+    axis = (up or raw.up or kind.up).strip().upper()
     turn = z_up_from(axis)
     if units is None and raw.units is None and not kind.fixes_unit:
         warnings.append(f"{file.name} names no unit: taken as metres. Set the unit if that is wrong.")
@@ -35,7 +35,8 @@ def assemble(raw: RawFile, file: Path, kind: CadFormat, units: str | None, up: s
     kept = {key: i for i, key in enumerate(k for k, m in meshes.items() if m is not None)}
     if not kept:
         detail = f" {defects.sentence()}" if defects else ""
-        raise CadFileError(f"{file.name} holds no face to draw: export it with surfaces or a mesh.{detail}")
+        said = "".join(f" {line}" for line in raw.warnings)
+        raise CadFileError(f"{file.name} holds no face to draw: export it with surfaces or a mesh.{detail}{said}")
     if defects:
         warnings.append(defects.sentence(file.name))
     if len(kept) < len(meshes):

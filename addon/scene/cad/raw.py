@@ -45,10 +45,11 @@ class RawNode:
 
 @dataclass(eq=False)
 class RawFile:
-    """One file: meshes by key (each some pieces and a name), nodes, materials by key; `units` None when the file says nothing."""
+    """One file: meshes by key (each some pieces and a name), nodes, materials by key; `units`, `up` None when the file says nothing."""
 
     meshes: dict[object, tuple[str, list[RawPiece]]] = field(default_factory=dict)
     nodes: list[RawNode] = field(default_factory=list)
     materials: dict[object, CadMaterial] = field(default_factory=dict)
     units: str | None = None
+    up: str | None = None
     warnings: list[str] = field(default_factory=list)
