@@ -33,7 +33,7 @@ def read_collada(path: Path) -> RawFile:
     metres = float(unit.get("meter", "1")) if unit is not None else 1.0
     raw.units = next((name for name, size in METRES_PER_UNIT.items() if abs(size - metres) <= 1e-9 * size), "m")
     raw.up = UPS.get((axis.text or "").strip().upper(), "Y") if axis is not None else "Y"
-    _Scene(document, raw, losses, metres / METRES_PER_UNIT[raw.units]).add()
+    _ColladaScene(document, raw, losses, metres / METRES_PER_UNIT[raw.units]).add()
     losses.add("animation{s}", "", len(children(found(document.root, "library_animations"), "animation")))
     raw.warnings += losses.lines(path.name)
     return raw
@@ -51,7 +51,7 @@ def _text(path: Path) -> bytes:
         return archive.read(names[0])
 
 
-class _Scene:
+class _ColladaScene:
     """Adds the nodes of the scene that the document shows, and the geometry they name; `scale` what no unit's name says."""
 
     def __init__(self, document: Collada, raw: RawFile, losses: Losses, scale: float) -> None:

@@ -28,7 +28,7 @@ def read_3dxml(path: Path) -> RawFile:
     with zipfile.ZipFile(path) as archive:
         if sum(one.file_size for one in archive.infolist()) > MOST_BYTES:
             raise CadFileError(f"{path.name} unpacks to more than {MOST_BYTES >> 30} GiB: split it.")
-        package = _Package(archive, path)
+        package = _Products(archive, path)
         package.place_roots()
     package.raw.warnings += package.losses.lines(path.name)
     return package.raw
@@ -46,7 +46,7 @@ def _text(element: Element, tag: str) -> str:
     return next(((one.text or "").strip() for one in element if _local(one) == tag), "")
 
 
-class _Package:
+class _Products:
     """The structure of a package: references by (file, id), what stands in each, and the shapes they show."""
 
     def __init__(self, archive: zipfile.ZipFile, path: Path) -> None:
