@@ -30,4 +30,6 @@ def started(
 def _folder(library: str) -> str | None:
     """The folder that a library, without being imported, would come from; None where there is none."""
     spec = find_spec(library)
-    return str(Path(spec.origin).parents[1]) if spec is not None and spec.origin else None
+    if spec is None or not spec.origin:
+        return None
+    return str(Path(spec.origin).parents[0 if spec.submodule_search_locations is None else 1])

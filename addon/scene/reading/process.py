@@ -14,7 +14,7 @@ from ..child_python import started
 from . import wire
 from .limits import Limits
 
-LIBRARIES = ("numpy", "cascadio", "DracoPy")
+LIBRARIES = ("numpy", "cascadio", "DracoPy", "ifcopenshell", "OCP")
 MOST_SAID = 1 << 20
 KEPT_BYTES = 64 << 20  # a process that has sent more is ended: Python hands little memory back
 
