@@ -51,7 +51,7 @@ FLOORS = {
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < costs tiles < capture < ahead draw predictions < views < life < shadows < __init__",
     "addon/pipeline/passes": "fill large_casters large_surfaces light_sums < surface < gbuffer large_receivers log_map outline"
-    " shadow_defines < nsm < shadow < caps edges reach_sums shade < samples < __init__",
+    " shadow_defines < nsm sky_light < shadow < caps edges reach_sums shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view ground"
@@ -62,7 +62,8 @@ FLOORS = {
     "addon/scene/reading": "limits wire < process child < apart < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/scene/section": "clip closed < caps < cut < __init__",
-    "addon/settings": "lighting shadowing stage < groups < option versions words < impostor_options light_options stage_options < options"
+    "addon/settings": "lighting shadowing sky stage < groups < option versions words < impostor_options light_options sky_options"
+    " stage_options < options"
     " < combinations looks < __init__",
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "diagnostics legends map_outlines pending report scratch staged stopping terminal < run < advice error_graph"

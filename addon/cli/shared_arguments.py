@@ -17,6 +17,7 @@ from ..settings.impostor_options import IMPOSTOR_OPTIONS
 from ..settings.looks import LOOKS
 from ..settings.option import Option
 from ..settings.options import FROM_SCENE, OPTIONS
+from ..settings.sky_options import SKY_OPTIONS
 from ..settings.stage import MOST_PLANES
 from ..settings.stage_options import STAGE_OPTIONS
 from .argument_types import (
@@ -87,6 +88,7 @@ SECTIONS = {
         "clay",
         "background",
     ),
+    "sky": tuple(option.name for option in SKY_OPTIONS),
     STAGE: tuple(option.name for option in STAGE_OPTIONS),
     "impostors": tuple(option.name for option in IMPOSTOR_OPTIONS),
 }

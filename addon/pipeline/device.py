@@ -26,6 +26,7 @@ from .passes.reach_sums import ReachSums, SurfacePlaces
 from .passes.samples import Mean
 from .passes.shade import ShadePass, ShadeTarget
 from .passes.shadow import ShadowMaps
+from .passes.sky_light import SkyLight
 
 PLAIN = ShadowTestChoice()
 _PICTURE = "a picture of this size", "choose a smaller one"
@@ -35,7 +36,8 @@ Attached = TypeVar("Attached")
 
 
 class Device:
-    """Keeps the last target of each kind; asking for another size frees it and makes a new one. `plan`: the last one, and of what."""
+    """Keeps the last target of each kind; asking for another size frees it and makes a new one. `plan`: the last one, and of what.
+    `sky`: what reaches the pixels of the picture that is being made."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -44,6 +46,7 @@ class Device:
         self.store = GeometryStore(context)
         self.shade_pass = ShadePass(context, self.programs)
         self.plan: tuple[Hashable, ShadowPlan] | None = None
+        self.sky: SkyLight | None = None
         self._kept: dict[str, tuple[tuple, object]] = {}
         self._idle_target = context.renderbuffer((1, 1))
         self._idle = context.framebuffer([self._idle_target])

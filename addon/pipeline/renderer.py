@@ -32,6 +32,7 @@ from .passes.gbuffer import surface_points_ws
 from .render_passes import made_passes
 from .render_passes.row import ShadedImages
 from .shading import shade
+from .sky import AO, ambient_occlusion, sky_light
 from .stages import cast, draw_surfaces, plan_of, shadow_maps_of, wants_data
 
 Task = Callable[..., object]
@@ -109,6 +110,7 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     if plan is not None and (wants_data(job) or not sources_of(job)):
         cast(device, job, draw_list, plan, impostors)
     clock.lap("shadow")
+    device.sky = sky_light(device, job, draw_list, lambda part, stage: ticket.enter(0.4 + 0.3 * part, f"sky, {stage}"))
     ticket.enter(0.7, "shade")
     combined, data, edges = shade(device, job, draw_list, plan, impostors, ticket.enter)
     clock.lap("shade")
@@ -130,8 +132,9 @@ def _frame(
     edges: np.ndarray | None,
 ) -> Frame:
     errors, normals, ids = data if data is not None else (None, None, None)
+    ao = ambient_occlusion(device.sky, job.size) if AO in job.passes else None
     read_maps = shadow_maps_of(device, job, plan).read if plan is not None and "texel" in job.passes else None
-    passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps, edges)), Loss()
+    passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps, edges, ao)), Loss()
     measured, warnings = None, plan.warnings if plan is not None else ()
     if job.measure and errors is not None:
         seen = errors[..., 0] >= 0.0

@@ -113,7 +113,20 @@ def shade_once(
     triangles = device.triangles(linked=walks, normals=holds_impostors)
     large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
     device.shade_pass.draw(
-        target, gbuffer, maps, draw_list, triangles, camera, job.light, plan, job.settings, large, holds_impostors, side, part
+        target,
+        gbuffer,
+        maps,
+        draw_list,
+        triangles,
+        camera,
+        job.light,
+        plan,
+        job.settings,
+        large,
+        holds_impostors,
+        side,
+        part,
+        device.sky if job.settings.sky.kind != "off" else None,
     )
 
 

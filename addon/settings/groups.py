@@ -10,6 +10,7 @@ from ..maths.domains import one_of, require, require_fields, within
 from ..maths.relief.settings import ImpostorSettings
 from .lighting import LightsChoice
 from .shadowing import SHADOW_TESTS
+from .sky import SkyChoice
 from .stage import EdgeLines, GroundChoice, SectionChoice
 
 TESTS = tuple(SHADOW_TESTS)
@@ -116,6 +117,7 @@ class Settings:
     test: ShadowTestChoice = field(default_factory=ShadowTestChoice)
     shading: ShadingChoice = field(default_factory=ShadingChoice)
     lights: LightsChoice = field(default_factory=LightsChoice)
+    sky: SkyChoice = field(default_factory=SkyChoice)
     impostor: ImpostorSettings = field(default_factory=ImpostorSettings)
     edges: EdgeLines = field(default_factory=EdgeLines)
     ground: GroundChoice = field(default_factory=GroundChoice)

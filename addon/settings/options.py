@@ -17,6 +17,7 @@ from .impostor_options import IMPOSTOR_OPTIONS
 from .light_options import LIGHT_OPTIONS
 from .option import Option, choice, words_of
 from .shadowing import SHADOW_TESTS
+from .sky_options import SKY_OPTIONS
 from .stage_options import STAGE_OPTIONS
 from .words import (
     BIAS_WORDS,
@@ -252,6 +253,7 @@ OPTIONS: tuple[Option, ...] = (
         start=ShadingWorld().background,
     ),
     *LIGHT_OPTIONS,
+    *SKY_OPTIONS,
     *STAGE_OPTIONS,
     *IMPOSTOR_OPTIONS,
 )

@@ -89,6 +89,13 @@ CAP_WORDS = (
     ("None", "Cut bodies are seen into"),
 )
 
+SKY_WORDS = (
+    ("Flat", "From the half of the world that a surface is turned to, whatever stands before it: nothing is darker in corners"),
+    ("Uniform", "From a sky and a ground that are equally bright all over, stopped by what stands before them, near and far"),
+    ("Clear", "From a clear sky, brightest round the sun (CIE), stopped likewise"),
+    ("Overcast", "From an overcast sky, brightest overhead (CIE), stopped likewise"),
+)
+
 LIGHTS_WORDS = (
     ("All", "Every light that reaches what is seen, each with shadows of its own"),
     ("One", "Only the light that lights most of what is seen: faster"),

@@ -45,7 +45,9 @@ float data_shade(vec3 normal, float cosine, float light) {
 }
 
 // Light that comes from the half of the world round a direction: exact for a sky and a ground of one colour each.
-vec3 ambient_at(vec3 normal) { return mix(u_ambient_ground.rgb, u_ambient_sky.rgb, 0.5 + 0.5 * normal.z); }
+vec3 ambient_at(vec3 normal) {
+    return mix(u_ambient_ground.rgb * sky_reach.y, u_ambient_sky.rgb * sky_reach.x, 0.5 + 0.5 * normal.z);
+}
 
 vec3 displayed(vec3 color, vec3 normal, vec3 light_ws, float light, vec3 errors, int map) {
     float cosine = max(dot(normal, light_ws), 0.0);

@@ -40,7 +40,8 @@ void main() {
     ivec2 at = ivec2(gl_FragCoord.xy);
     vec4 place = texelFetch(u_places, at, 0), plane = texelFetch(u_planes, at, 0);
     if (plane.w == 0.0) discard;
-    uvec2 ids = texelFetch(u_ids, at, 0).rg;
+    uvec2 ids = texelFetch(u_ids, min(at, textureSize(u_ids, 0) - 1), 0).rg;
+    if ((ids.g & FROM_TEXTURE) != 0u) ids = uvec2(0u);
     out_sums = vec4(0.0);
     for (int map = 0; map < u_map_count; ++map) {
         vec4 light = u_lights[map];

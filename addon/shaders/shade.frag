@@ -11,6 +11,7 @@
 #include "common_links.glsl"
 #include "common_seen.glsl"
 #include "common_filter.glsl"
+#include "common_sky.glsl"
 #include "common_light.glsl"
 #if LOOKS
 #include "common_look.glsl"
@@ -76,6 +77,9 @@ void main() {
     Surface seen = surface_seen(info, slot, ids.g, is_met, is_named, start, along, view_depth);
     vec3 x_ws = seen.position_ws, geometric = seen.normal_ws;
     smooth_normal = dot(smooth_normal, geometric) < 0.0 ? -smooth_normal : smooth_normal;
+#if SKY
+    sky_reach = reach_at(x_ws, geometric, view_depth);
+#endif
     vec3 light_ws = towards_light(x_ws);
     bool faces = dot(geometric, light_ws) > 0.0;
     int map = map_index(x_ws, view_depth);
@@ -118,17 +122,17 @@ void main() {
 #endif
 #if GROUND
     if (has_role(info, GROUND)) {
-        float dark = ground_fade(x_ws.xy) * (1.0 - light), sun = falloff * max(dot(geometric, light_ws), 0.0);
+        float fade = ground_fade(x_ws.xy), dark = fade * (1.0 - light), sun = falloff * max(dot(geometric, light_ws), 0.0);
 #if SUMS
         if (DISPLAY != 0) discard;
         out_shares.xy = vec2(0.0);
         add_arriving((1.0 - dark) * sun, sun);
-        vec2 taken = ground_taken(dark, sun);
+        vec2 taken = ground_taken(fade, dark, sun);
         add_caught(taken.x, taken.y);
         out_combined = summed(vec4(0.0));
         return;
 #endif
-        out_combined = DISPLAY == 0 ? shadow_caught(dark, sun) : u_background;
+        out_combined = DISPLAY == 0 ? shadow_caught(fade, dark, sun) : u_background;
 #if DATA
         out_errors = vec4(-1.0, -1.0, -1.0, 1.0 - dark);   // as background.frag, but for the shadow
         out_normal = vec4(0.0);

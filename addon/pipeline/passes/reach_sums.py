@@ -5,6 +5,7 @@ Receivers are what a G-buffer shows, or places given with their normals; behind 
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from contextlib import ExitStack
 
 import moderngl
@@ -19,12 +20,13 @@ from ..geometry.draw_list import DrawList
 from ..gl.allocation import freed_with
 from ..gl.gl_raw import BufferTexture, draw_triangles, write_buffer
 from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
-from .gbuffer import GBuffer, pixel_rays
+from .gbuffer import FROM_TEXTURE, GBuffer, pixel_rays
 from .large_receivers import LargePlanes
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 
 NOISE = 4.8e-7  # of the largest coordinate: what float32 cannot tell, as in common_surface_seen.glsl
+FOUND_ALIKE = {"INSIDE_ITS_TRIANGLE": 1, "FROM_TEXTURE": f"{FROM_TEXTURE}u"}
 LEAST_FACING = 1e-6  # as the ray-traced truth has it
 
 
@@ -53,9 +55,11 @@ class SurfacePlaces:
         large: LargePlanes | None,
     ) -> None:
         """Take what a G-buffer of the same size shows, counted from `origin_ws`."""
-        program = programs.get("fullscreen.vert", "receiver_places.frag", LARGE=large is not None, INSTANCED=0, INSIDE_ITS_TRIANGLE=1)
+        program = programs.get("fullscreen.vert", "receiver_places.frag", LARGE=large is not None, INSTANCED=0, **FOUND_ALIKE)
         along, start = pixel_rays(camera, self.size)
-        inputs = {**triangles, "u_view_depth": gbuffer.view_depth, "u_ids": gbuffer.ids} | ({"u_large": large.texture} if large else {})
+        inputs = {**triangles, "u_view_depth": gbuffer.view_depth, "u_normal": gbuffer.normal, "u_ids": gbuffer.ids} | (
+            {"u_large": large.texture} if large else {}
+        )
         _bind(draw_list, inputs)
         set_uniforms(
             program,
@@ -87,10 +91,12 @@ class SurfacePlaces:
 
 
 class ReachSums:
-    """The sums at every receiver (RGBA32F, `reach_sums.frag`), and what adds to them."""
+    """The sums at every receiver (RGBA32F, `reach_sums.frag`), and what adds to them. `holds`: of what, and what its places count from, by
+    whoever can say; None as soon as they begin anew."""
 
     def __init__(self, context: moderngl.Context, size: tuple[int, int]) -> None:
         self.context, self.size = context, size
+        self.holds: tuple[Hashable, np.ndarray] | None = None
         with ExitStack() as made:
             self.texture = freed_with(made, context.texture(size, 4, dtype="f4"))
             self.texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -100,6 +106,7 @@ class ReachSums:
 
     def clear(self) -> None:
         """Begin anew."""
+        self.holds = None
         self.framebuffer.clear()
 
     def add(
@@ -116,9 +123,16 @@ class ReachSums:
     ) -> None:
         """Add what the lights, one for each of the maps, bring. `triangles` must be linked where the test walks surfaces."""
         program = programs.get(
-            "fullscreen.vert", "reach_sums.frag", INSTANCED=0, MAX_MAPS=MAX_MAPS, ANY_LOG=0, SUMS=sums, **shadow_defines(test)
+            "fullscreen.vert",
+            "reach_sums.frag",
+            INSTANCED=0,
+            MAX_MAPS=MAX_MAPS,
+            ANY_LOG=0,
+            SUMS=sums,
+            FROM_TEXTURE=FOUND_ALIKE["FROM_TEXTURE"],
+            **shadow_defines(test),
         )
-        _bind(draw_list, {**triangles, **maps.inputs(), "u_places": places.place, "u_planes": places.plane, "u_ids": places.ids})
+        _bind(draw_list, {**triangles, **maps.inputs(), "u_places": places.place, "u_planes": places.plane} | {"u_ids": places.ids})
         table, brightness = np.zeros((MAX_MAPS, 4), np.float32), np.zeros(MAX_MAPS, np.float32)
         table[: len(lights), :3], table[: len(lights), 3] = lights.directions_ws, lights.weights
         brightness[: len(lights)] = lights.brightness

@@ -28,6 +28,7 @@ from .large_receivers import LargePlanes
 from .light_sums import LightSums
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
+from .sky_light import SkyLight
 
 NO_SPREAD = 1.5
 """A panel's half spread from which on it counts as not narrowed."""
@@ -84,17 +85,19 @@ class ShadePass:
         impostors: bool = False,
         side: int = 1,
         part: float | None = None,
+        sky: SkyLight | None = None,
     ) -> None:
         """Shade `gbuffer` into `target`, or add a `part` of it to what sums hold. `large`: the planes of triangles too large for
         float32, relative to the plan's origin.
 
         `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked. `side`: so many pixels of
-        the target to a side of the picture's own, which softness and error are told in.
+        the target to a side of the picture's own, which softness and error are told in. `sky`: what stands before it; None: nothing does.
         """
         looks = draw_list.looks()
         more = {} if looks is None else {"u_looks": looks}
         more |= {} if large is None else {"u_large": large.texture}
-        program = self._program(draw_list, plan, settings, large is not None, impostors, target.data, part is not None)
+        more |= {} if sky is None else sky.inputs()
+        program = self._program(draw_list, plan, settings, large is not None, impostors, target.data, part is not None, sky is not None)
         self._bind(program, gbuffer, maps, draw_list, triangles | more)
         origin = plan.origin_ws if plan else np.zeros(3)
         set_uniforms(
@@ -107,6 +110,7 @@ class ShadePass:
             u_map_size=float(settings.fit.size),
             u_side=float(side),
             u_part=part or 0.0,
+            **({} if sky is None else sky.uniforms(origin)),
             **_light_uniforms(light, settings, origin),
             **_colors(settings, draw_list.scene.ground, origin),
             **_data_colors(),
@@ -127,6 +131,7 @@ class ShadePass:
         impostors: bool,
         has_data: bool,
         is_sum: bool,
+        has_sky: bool,
     ) -> moderngl.Program:
         """The program with what this picture needs compiled in."""
         return self._programs.get(
@@ -135,6 +140,7 @@ class ShadePass:
             INSTANCED=0,
             DATA=has_data,
             SUMS=is_sum,
+            SKY=has_sky,
             MAX_MAPS=MAX_MAPS,
             ANY_LOG=any(p.log is not None for p in plan.projections) if plan else False,
             DISPLAY=DISPLAYS.index(settings.shading.display),

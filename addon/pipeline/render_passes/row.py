@@ -18,7 +18,7 @@ class ShadedImages:
     `combined` (h, w, 4), None unless asked for. At pixel centres, None unless a data pass is asked for: `errors` (h, w, 4) m, m_x, m_z (−1
     where there is no surface or no map) and the light that the shadow lets through; `normals` (h, w, 4) world normal and view depth; `ids`
     (h, w, 4) object, shadow map and instance row, −1 for none. `shadow_maps` reads their depths (k, N, N); None where there is no light.
-    `edges` (h, w) how much lines cover of each pixel, None unless asked for.
+    `edges` (h, w) how much lines cover of each pixel, `ao` (h, w) how open it is; None unless asked for.
     """
 
     job: Job
@@ -28,6 +28,7 @@ class ShadedImages:
     ids: np.ndarray | None
     shadow_maps: Callable[[], np.ndarray] | None
     edges: np.ndarray | None = None
+    ao: np.ndarray | None = None
 
 
 def untouched(image: np.ndarray) -> np.ndarray:

@@ -1,0 +1,22 @@
+"""Light from the sky: frozen and checked; defaults are written here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..maths.domains import one_of, require_fields, within
+
+SKIES = ("off", "uniform", "cie", "overcast")
+
+
+@dataclass(frozen=True, slots=True)
+class SkyChoice:
+    """How ambient light arrives: `kind` 'off' as if nothing stood in its way; else what the sky and the ground round a surface send it is
+    stopped by what stands before them. 'uniform' is equally bright all over, 'overcast' and 'cie', the clear one, are skies of the CIE; all
+    light level ground alike. `samples`: directions that it comes from."""
+
+    kind: str = one_of("off", "Sky", SKIES)
+    samples: int = within(64, "The number of sky samples", 4, 4096)
+
+    def __post_init__(self) -> None:
+        require_fields(self)
