@@ -45,7 +45,7 @@ FLOORS = {
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl reach_choice < geometry < passes < device < impostors < job < many_lights reach overlay render_passes"
-    " < stages < summing < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
+    " < sky < stages < summing < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
@@ -63,8 +63,7 @@ FLOORS = {
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/scene/section": "clip closed < caps < cut < __init__",
     "addon/settings": "lighting shadowing sky stage < groups < option versions words < impostor_options light_options sky_options"
-    " stage_options < options"
-    " < combinations looks < __init__",
+    " stage_options < options < combinations looks < __init__",
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "diagnostics legends map_outlines pending report scratch staged stopping terminal < run < advice error_graph"
     " light_view outputs truth < impostors surface_samples < sun < __init__",
