@@ -55,6 +55,13 @@ METHODS = {
         for warp in PARTITIONED
         for cut, name in (("light", "slices along the light"), ("view", "across the view"))
     },
+    **{
+        f"{warp}, z-log {count} {name}, {fit}": settings(warp, "z-log", count, fit, cut=cut)
+        for fit in ("scene", "samples")
+        for warp in PARTITIONED
+        for count, cut, name in ((4, "light", "slices along the light"), (8, "halves", "in halves"), (4, "auto", "by the view"))
+        if fit == "samples" or cut != "auto"
+    },
     "frustum fit: uniform, one map": settings("uniform", fit="frustum"),
     "frustum fit: lispsm-general, one map": settings("lispsm-general", fit="frustum"),
 }

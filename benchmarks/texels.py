@@ -75,6 +75,7 @@ class Seen:
             scene_bounds_ws=self.bounds,
             caster_bounds_ws=self.casters,
             image_size=views.SIZE,
+            facets=(points, normals),
         )
         m = aliasing(camera, light, plan, points[facing], normals[facing], views.SIZE, s.fit.size)[:, 0]
         sides = np.minimum(extents(camera, plan, points[facing], normals[facing], s.fit.size), LARGEST_SIDE)

@@ -39,8 +39,8 @@ FLOORS = {
     " < view < frusta nearest relief < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture settings views warp < ahead beta frame outline < edges life < error < carry < __init__",
-    "addon/maths/shadow": "light_space fit_view partitions projection spacing warps < crop cut faces lookup slices strength < lamps < fit"
-    " < light_set_plan < __init__",
+    "addon/maths/shadow": "light_space fit_view partitions projection spacing warps < crop cut faces lookup slices strength < lamps"
+    " suited_cut < fit < light_set_plan < __init__",
     "addon/maths/partitioning": "row splits < * < __init__",
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
@@ -67,7 +67,7 @@ FLOORS = {
     "addon/settings/shadowing": "row < * < __init__",
     "addon/studies": "diagnostics legends map_outlines pending report scratch staged stopping terminal < run < advice error_graph"
     " light_view outputs truth < impostors surface_samples < sun < __init__",
-    "addon/studies/advice": "candidates goal sampled_frame < search < report < __init__",
+    "addon/studies/advice": "candidates goal sampled_frame < shadow_tests < search < report < __init__",
     "addon/studies/impostors": "asked files states < path < __init__",
     "addon/studies/sun": "days moments < hours pictures < __init__",
     "addon/studies/truth": "backends triangles < tracer < footprint < compare < __init__ < against",

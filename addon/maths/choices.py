@@ -13,7 +13,7 @@ from .warping.row import WarpMethod
 WARPS = tuple(WARP_METHODS)
 PARTITIONS = tuple(PARTITION_SCHEMES)
 USUAL_ALPHA = (3.0,)
-CUTS = ("halves", "light", "view")
+CUTS = ("auto", "halves", "light", "view")
 FITS = ("frustum", "scene", "samples")
 CONVERGENCES = ("quadratic", "sine")
 SHORTEST_M = 1e-6
@@ -57,7 +57,8 @@ class PartitionChoice:
     `pseudo_near` the end of the first partition of 'z-pseudo-near' (view depth, metres; None: chosen from n and f).
     `cut`: 'view' parts the view at the scheme's view depths (T4 §4.3.2); 'light' (a sun, no faces) along the light's rays, so that the
     maps do not overlap as the light sees them (`shadow/slices.py`); 'halves' the same with half as many slices, each in two halves side by
-    side. A spot's maps part its picture instead with 'z-adaptive' and either of these (`shadow/lamps.py`).
+    side; 'auto' the one of these two that suits the view (`shadow/suited_cut.py`). A spot's maps part its picture instead with 'z-adaptive'
+    and any of these but 'view' (`shadow/lamps.py`).
     """
 
     kind: str = one_of("z-adaptive", "Partition", PARTITIONS)
@@ -65,7 +66,7 @@ class PartitionChoice:
     split_weight: float = within(0.5, "The split weight (0 linear, 1 logarithmic)", 0.0, 1.0)
     alpha: tuple[float, ...] | None = within(None, "Every α (usually 2 to 4)", 1.001)
     pseudo_near: float | None = same_as(WarpChoice, "pseudo_near")
-    cut: str = one_of("halves", "Cut", CUTS)
+    cut: str = one_of("auto", "Cut", CUTS)
 
     def __post_init__(self) -> None:
         require_fields(self)

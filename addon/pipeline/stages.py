@@ -9,11 +9,13 @@ import numpy as np
 
 from ..maths.shadow.fit import plan_shadows
 from ..maths.shadow.projection import ShadowPlan
+from ..maths.shadow.suited_cut import Facets
 from ..maths.view import Camera
 from ..scene.looks import HIDDEN, NO_SHADOW
 from ..settings.shadowing import SHADOW_TESTS
 from .device import Device
 from .geometry.draw_list import DrawList
+from .geometry.octahedral import from_octahedral
 from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame
 from .impostors.shadows import casters_of
@@ -24,6 +26,8 @@ from .passes.shade import ShadeTarget
 from .passes.shadow import ShadowMaps, draw_shadow_maps
 from .render_passes import DATA_PASSES
 
+FACETS = 3000
+"""Visible places at most by which the cut 'auto' chooses."""
 Enter = Callable[[float, str], None]
 """Told how far the picture is; raises where it is given up."""
 
@@ -57,9 +61,11 @@ def plan_of(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan | 
 
 
 def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
-    s, receivers = job.settings, None
+    s, receivers, facets = job.settings, None, None
     if s.fit.kind == "samples":
-        receivers = surface_points_ws(read_texture(device.gbuffer(job.size).view_depth, flip=False), job.camera)
+        depth = read_texture(device.gbuffer(job.size).view_depth, flip=False)
+        receivers = surface_points_ws(depth, job.camera)
+        facets = _facets(device, job, depth, receivers) if s.partition.cut == "auto" and s.partition.z_count > 1 else None
     return plan_shadows(
         job.camera,
         job.light,
@@ -70,7 +76,16 @@ def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
         scene_bounds_ws=scene_bounds,
         caster_bounds_ws=job.scene.caster_bounds_ws(),
         image_size=job.size,
+        facets=facets,
     )
+
+
+def _facets(device: Device, job: Job, depth: np.ndarray, receivers: np.ndarray) -> Facets:
+    """Some of the receivers, evenly picked, and the normals that are seen there."""
+    step = max(-(-len(receivers) // FACETS), 1)
+    folded = read_texture(device.gbuffer(job.size).normal, flip=False).reshape(-1, 2)
+    normals = from_octahedral(folded[np.flatnonzero(depth)[::step]].astype(np.float64))
+    return receivers[::step].astype(np.float64), normals
 
 
 def shadow_maps_of(device: Device, job: Job, plan: ShadowPlan, in_turn: bool = False) -> ShadowMaps:

@@ -6,7 +6,14 @@ Warps, partition schemes and shadow tests bring their own (`maths/warping`, `mat
 from .groups import PCF_COUNTS, SAMPLE_COUNTS
 
 CUT_WORDS = (
-    ("Halves along the light", "Half as many slices, in two halves each, cut along the light's rays: the sharpest. A sun; 4, 6 or 8 maps"),
+    (
+        "Automatic",
+        "Halves or slices along the light, whichever have the smaller texels in this view; halves unless fitted to visible surfaces",
+    ),
+    (
+        "Halves along the light",
+        "Half as many slices, in two halves each, cut along the light's rays: the sharpest at an object. A sun; 4, 6 or 8 maps",
+    ),
     ("Along the light", "Slices end along the light's rays, so that no two maps cover the same ground. For a sun"),
     ("Across the view", "Slices end at view depths, as in the texts (T4 §4.3.2): maps overlap unless the light falls across the view"),
 )

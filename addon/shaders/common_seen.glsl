@@ -7,6 +7,7 @@ uniform mat3 u_start_from_pixel;   // world point at view depth 0
 uniform mat4 u_pixel_from_world;   // homogeneous pixel coordinates of a world point
 const float SEEN_NOISE = 8.0;      // of float32's noise: surfaces nearer than that to the plane are in it
 const float FALLS_AWAY = 0.5;      // sine of the angle below the plane from which on it is another side of a thing
+const int MOST_COVERED = 8;        // steps along the view's ray through what the map holds
 
 // The place `step` texels from the receiver's, on its plane: along the light from where it lies across the ray.
 vec3 offset_on_plane(Receiver r, vec2 step) {

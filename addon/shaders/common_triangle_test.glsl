@@ -39,10 +39,11 @@ Triangle triangle_seen_from(Receiver r, uvec4 info, uint slot, uint triangle) {
     return t;
 }
 
-// Does the plane lie on the ray from `offset` (relative to the receiver), this side of the light, and not as the receiver's own plane?
+// Does the plane lie on the ray from `offset` (relative to the receiver), this side of the light, and not as the receiver's own plane? That is
+// known less well beside the receiver's place: there as for what is seen (common_seen.glsl).
 bool is_ahead(Receiver r, Triangle t, vec3 offset) {
-    float height = t.height - dot(t.normal, offset);
-    return abs(height) > t.noise && height * t.slope > 0.0
+    float height = t.height - dot(t.normal, offset), noise = offset == vec3(0.0) ? t.noise : SEEN_NOISE * t.noise;
+    return abs(height) > noise && height * t.slope > 0.0
         && (u_light.w == 0.0 || abs(height) < abs(t.slope) * distance(u_light.xyz, r.position_ws));
 }
 

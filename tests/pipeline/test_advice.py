@@ -10,7 +10,7 @@ from addon.errors import SceneError, SettingsError
 from addon.maths.choices import FITS
 from addon.maths.view import Light
 from addon.pipeline.job import Job
-from addon.settings.groups import Settings
+from addon.settings.groups import TESTS, Settings
 from addon.studies.advice import Goal, SampledFrame, advice_report, advice_table, advise
 from addon.studies.advice.candidates import Candidate, all_candidates, candidate_of, neighbours, pruned
 from addon.studies.advice.goal import GRAIN, LARGEST_MAP
@@ -127,6 +127,29 @@ def test_the_report_is_json_and_the_table_marks_the_proposal(for_texels):
     lines = advice_table(advice).splitlines()
     assert sum(line.startswith("→") for line in lines) == 1
     assert sum(line.startswith("now") for line in lines) == 1
+
+
+def test_the_shadow_test_proposed_is_the_cheapest_that_is_as_good_as_the_most_exact():
+    """Posts thin against the texels: their shadows have edges, and only the exact test's are not read from texels."""
+    posts = [scenes.box((x, y, 0.0), (x + 0.08, y + 0.08, 2.5)) for x in np.linspace(-6.0, 6.0, 9) for y in np.linspace(2.0, 20.0, 7)]
+    job = job_at(scene=scenes.scene_of(scenes.floor(40.0), *posts), settings=SETTINGS.replaced(test={"kind": "depth"}))
+    advice, _ = done([SampledFrame(job)], Goal(texels=2**16))
+    differs = {(row.choice.kind, row.choice.outlines): row.differs_pct for row in advice.tests}
+    assert set(differs) == {*((kind, False) for kind in TESTS), ("triangle", True)}
+    assert differs["triangle", False] < 0.2 * differs["depth", False]
+    assert advice.test.choice.kind == "triangle"
+    assert advice.settings(job.settings).test == advice.test.choice
+    report = advice_report(advice)
+    assert report["proposal"]["options"]["test"] == "triangle"
+    assert [row["test"] for row in report["tests"]] == [*TESTS, "triangle"]
+    proposed = [line for line in advice_table(advice).splitlines() if line.endswith("proposed")]
+    assert len(proposed) == 1 and proposed[0].startswith("test triangle")
+
+
+def test_where_every_test_shows_the_same_the_cheapest_is_proposed():
+    advice, _ = done([SampledFrame(job_at(scene=scenes.scene_of(scenes.floor(40.0))))], Goal(texels=2**16))
+    assert [row.differs_pct for row in advice.tests] == [0.0] * 4
+    assert advice.test is advice.tests[0]
 
 
 def test_a_light_that_reaches_nothing_in_view_is_said():

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ...studies.advice import Advice, Goal, SampledFrame, advice_report, advice_table, advise
 from ...studies.advice.goal import MOST_FRAMES, picked_frames
+from ...studies.advice.report import proposed_options
 from ...studies.advice.sampled_frame import small_size
 from ...studies.outputs import write_json
 from ..argument_types import positive, positive_number
@@ -106,10 +107,15 @@ def summary(advice: Advice) -> str:
     """The proposal as options of the command line, and what it changes."""
     if advice.best is None:
         return "no proposal"
-    words = {**advice.best.candidate.options, "map_size": advice.best.size}
-    options = " ".join(f"--{name.replace('_', '-')} {_word(value)}" for name, value in words.items())
+    options = " ".join(_as_argument(name.replace("_", "-"), value) for name, value in proposed_options(advice).items())
     now, then = advice.confirmed_current, advice.confirmed
     return f"{options}\nm p95 {then['m_p95']:.3g} (now {now['m_p95']:.3g}), {then['total_ms']:.0f} ms a picture (now {now['total_ms']:.0f})"
+
+
+def _as_argument(name: str, value: object) -> str:
+    if isinstance(value, bool):
+        return f"--{name}" if value else f"--no-{name}"
+    return f"--{name} {_word(value)}"
 
 
 def _word(value: object) -> str:
@@ -119,7 +125,7 @@ def _word(value: object) -> str:
 ROW = Command(
     "advise",
     place=70,
-    help="the best warp, partition, fit and map size",
+    help="the best warp, partition, fit, map size and shadow test",
     description="Try the combinations on each input, measure them, and propose the best for a budget of texels or a wanted error.",
     add_arguments=add_arguments,
     work=advise_command,

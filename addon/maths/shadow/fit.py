@@ -30,6 +30,7 @@ from .partitions import split_distances
 from .projection import ShadowPlan, ShadowProjection
 from .slices import SLACK, UPRIGHT_BELOW, Slices, across_view, along_light, slice_count
 from .strength import Range, steady_strength
+from .suited_cut import Facets, suited_cut
 from .warps import warp_parameter
 
 LOG_LEAST = 1.0 / 64  # least f'/n' − 1 of a log map: below, its t would cancel; it is then uniform within 2 %
@@ -47,13 +48,22 @@ def plan_shadows(
     scene_bounds_ws: np.ndarray,
     caster_bounds_ws: np.ndarray,
     image_size: tuple[int, int],
+    facets: Facets | None = None,
 ) -> ShadowPlan:
     """The shadow maps of one light for one view.
 
     `receivers_ws` (P, 3) points of the visible surface (needed for the 'samples' fit only), `scene_bounds_ws` (2, 3), `caster_bounds_ws`
     (I, 2, 3) boxes of the casters, `image_size` (width, height) in pixels. The number of projections depends on the choices and the
     light's kind alone: partitions without receivers are there too (`is_empty`), with a matrix of their slab of the view.
+    `facets`: points and normals (F, 3) of some of the receivers, by which the cut 'auto' chooses (without them it takes halves).
     """
+    if partition.cut == "auto":
+
+        def planned(choice: PartitionChoice, points_ws: np.ndarray) -> ShadowPlan:
+            bounds = {"scene_bounds_ws": scene_bounds_ws, "caster_bounds_ws": caster_bounds_ws[:0]}
+            return plan_shadows(camera, light, warp, choice, fit, receivers_ws=points_ws, image_size=image_size, **bounds)
+
+        partition = replace(partition, cut=suited_cut(camera, light, partition, fit, facets, image_size[1], planned))
     if fit.kind == "samples" and receivers_ws is None:
         raise ValueError("The 'samples' fit needs receivers_ws, the points of the visible surface.")
     view = view_to_fit(camera, warp, fit, receivers_ws, scene_bounds_ws, caster_bounds_ws, image_size)

@@ -11,6 +11,7 @@ as many maps as the scheme gives it, spread over the heights that it covers. Wit
 A slice is short along the view and as wide as ever across it, and a map is square: k slices have texels up to k times as long as one map's,
 and a shadow's edge is as wrong as they are long. The cut 'halves' makes of an even number of maps, from four on, two halves side by side of
 half as many slices, never worse than one map by more than a few per cent. Near γ = 0 the line between halves stands upright in the picture.
+Along what is long and narrow slices are better: the cut 'auto' takes the one or the other by what is seen (`suited_cut.py`).
 
 A partition's texels must not jump while the camera moves. Towards γ = 0, where light space's z has no direction, the planes turn until they
 stand across the view (`tilt_of`). In a deep view they also never turn so far that a side of the frustum runs back behind the eye: there the

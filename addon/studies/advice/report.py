@@ -6,6 +6,7 @@ from math import exp, inf
 
 from ...maths.partitioning import PARTITION_SCHEMES
 from .search import Advice, Row
+from .shadow_tests import TestedRow
 
 COLUMNS = ("warp", "partition", "fit", "maps", "size", "Mi texels", "m median", "p95", "p99", "above 1", "theory")
 
@@ -16,7 +17,7 @@ def advice_report(advice: Advice) -> dict[str, object]:
     if advice.best is not None:
         proposal = {
             **row_of(advice.best),
-            "options": _listed(advice.best.candidate.options | {"map_size": advice.best.size}),
+            "options": _listed(proposed_options(advice)),
             "splits": [list(splits) for splits in advice.splits],
             "rendered": advice.confirmed,
         }
@@ -27,8 +28,19 @@ def advice_report(advice: Advice) -> dict[str, object]:
         "proposal": proposal,
         "current": {**row_of(advice.current), "rendered": advice.confirmed_current},
         "table": [row_of(row) for row in advice.rows],
+        "tests": [{**row.options, "differs_pct": row.differs_pct, "total_ms": row.total_ms} for row in advice.tests],
         "notes": list(advice.notes),
     }
+
+
+def proposed_options(advice: Advice) -> dict[str, object]:
+    """The proposal by the names of `options.OPTIONS`: its maps, its test, and what else of the test is not as it was."""
+    options = advice.best.candidate.options | {"map_size": advice.best.size}
+    if advice.test is None:
+        return options
+    before, after = advice.frames[0].job.settings.test, advice.test.options
+    changed = {name: value for name, value in after.items() if name != "test" and value != getattr(before, name)}
+    return options | {"test": after["test"]} | changed
 
 
 def row_of(row: Row) -> dict[str, object]:
@@ -84,4 +96,11 @@ def advice_table(advice: Advice, most: int = 12) -> str:
     lines = [
         " ".join(cell.ljust(w) if i < 4 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))) for row in rows
     ]
-    return "\n".join([*lines, *advice.notes])
+    return "\n".join([*lines, *(_test_line(row, row is advice.test) for row in advice.tests), *advice.notes])
+
+
+def _test_line(row: TestedRow, is_proposed: bool) -> str:
+    """A shadow test of the proposal as a line."""
+    name = row.choice.kind + (" with outlines" if row.choice.has_outlines else "")
+    mark = ": proposed" if is_proposed else ""
+    return f"test {name}: {row.differs_pct:.3g} % of the pixels differ from the most exact, {row.total_ms:.0f} ms{mark}"

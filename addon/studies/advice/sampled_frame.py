@@ -46,7 +46,7 @@ class SampledFrame:
 
         job = self.job
         passes = run(
-            replace(job, size=self._small, light=None, settings=_quick(job.settings), passes=("depth", "normal"), measure=False)
+            replace(job, size=self._small, light=None, settings=quick(job.settings), passes=("depth", "normal"), measure=False)
         ).frame.passes
         seen, points = seen_surface(passes["depth"], job.camera)
         return points, passes["normal"][::-1][seen]
@@ -78,6 +78,7 @@ class SampledFrame:
             scene_bounds_ws=job.scene.bounds_ws(),
             caster_bounds_ws=job.scene.caster_bounds_ws(),
             image_size=self._small,
+            facets=(self._surface[0].astype(np.float64), self._surface[1].astype(np.float64)),
         )
 
     def errors(self, settings: Settings) -> np.ndarray:
@@ -101,7 +102,7 @@ class SampledFrame:
         """
         from ...pipeline.passes.gbuffer import seen_surface  # loads OpenGL
 
-        job = replace(self.job, settings=_quick(settings), passes=("depth", "normal", "aliasing"), measure=False)
+        job = replace(self.job, settings=quick(settings), passes=("depth", "normal", "aliasing"), measure=False)
         run(job)
         frame = run(job).frame
         seen, points = seen_surface(frame.passes["depth"], job.camera)
@@ -115,7 +116,7 @@ def small_size(size: tuple[int, int]) -> tuple[int, int]:
     return max(round(size[0] / scale), 1), max(round(size[1] / scale), 1)
 
 
-def _quick(settings: Settings) -> Settings:
+def quick(settings: Settings) -> Settings:
     """One camera sample per pixel: the data passes have no more."""
     return settings.replaced(shading={"samples": 1})
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ...settings.groups import Settings
 from .candidates import Candidate, all_candidates, candidate_of, neighbours, predicted, pruned
 from .goal import LARGEST_MAP, Goal
 from .sampled_frame import SampledFrame, statistics
+from .shadow_tests import TestedRow, chosen, compared
 
 KEEP, FINALISTS = 14, 12  # combinations per fit that the theory leaves; those measured on all frames
 FEW = 3  # frames of the first ranking
@@ -65,7 +66,8 @@ class Advice:
     """What was found. `rows` the combinations measured on all frames, best first; `current` the scene's own one, at its own size.
 
     `best` None when nothing reaches the wanted error. `splits` the view depths at which the best's maps end, per frame; `confirmed` and
-    `confirmed_current` statistics and milliseconds of real pictures of the frame where the best is worst.
+    `confirmed_current` statistics and milliseconds of real pictures of the frame where the best is worst. `tests` the shadow tests of the
+    proposal in that frame, `test` the one proposed.
     """
 
     goal: Goal
@@ -78,10 +80,15 @@ class Advice:
     confirmed_current: dict[str, object] | None
     tried: int
     notes: tuple[str, ...] = field(default=())
+    tests: tuple[TestedRow, ...] = ()
+    test: TestedRow | None = None
 
     def settings(self, base: Settings) -> Settings:
         """`base` with the proposal in place (unchanged when there is none)."""
-        return base if self.best is None else self.best.candidate.settings(base, self.best.size)
+        if self.best is None:
+            return base
+        proposal = self.best.candidate.settings(base, self.best.size)
+        return proposal if self.test is None else replace(proposal, test=self.test.choice)
 
 
 def advise(frames: Sequence[SampledFrame], goal: Goal, seconds: float = SECONDS) -> Generator[Step, None, Advice]:
@@ -119,7 +126,7 @@ class _Search:
             rows = rows + (yield from self._measured(more, self.frames, 0.75, 0.9))
             best = self._best(rows)
         yield Step(0.9, "rendering the proposal")
-        return self._advice(rows, best, current)
+        return (yield from self._advice(rows, best, current))
 
     def _listed(self) -> list[Candidate]:
         """The combinations worth measuring: the theory's best of every fit, and the current one."""
@@ -212,7 +219,7 @@ class _Search:
         if text not in self.notes:
             self.notes.append(text)
 
-    def _advice(self, rows: list[Row], best: Row | None, current: Candidate) -> Advice:
+    def _advice(self, rows: list[Row], best: Row | None, current: Candidate) -> Generator[Step, None, Advice]:
         own = self._row_at_own_size(current)
         rows = self._ordered(rows)
         if best is None:
@@ -221,10 +228,24 @@ class _Search:
         self._note_about_flicker(rows, best)
         others = tuple(row for row in rows if row is not best)
         best, proof = self._confirmed(best)
-        proposal = best.candidate.settings(self.base, best.size)
-        splits = tuple(splits_of(frame.plan(proposal)) for frame in self.frames)
-        today = self._worst(best).rendered(self.base)
-        return Advice(self.goal, self.frames, (best, *others), own, best, splits, proof, today, self.tried, tuple(self.notes))
+        proposal, frame = best.candidate.settings(self.base, best.size), self._worst(best)
+        splits = tuple(splits_of(one.plan(proposal)) for one in self.frames)
+        tests = yield from self._tested(frame, proposal)
+        test = chosen(tests)
+        proof = {**proof, "total_ms": test.total_ms}
+        today = frame.rendered(self.base)
+        notes = tuple(self.notes)
+        return Advice(self.goal, self.frames, (best, *others), own, best, splits, proof, today, self.tried, notes, tests, test)
+
+    def _tested(self, frame: SampledFrame, proposal: Settings) -> Generator[Step, None, tuple[TestedRow, ...]]:
+        """The shadow tests of the proposal, compared in one frame."""
+        comparing, done = compared(frame, proposal), 0.92
+        while True:
+            try:
+                yield Step(done, next(comparing))
+            except StopIteration as stop:
+                return stop.value
+            done = min(done + 0.02, 1.0)
 
     def _worst(self, row: Row) -> SampledFrame:
         return self.frames[int(np.argmax(row.frame_p95))]

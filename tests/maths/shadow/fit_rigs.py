@@ -53,7 +53,18 @@ def casters_round(points, seed=0, count=40, size=2.0):
 
 
 def plan_of(
-    camera, light, points, bounds, warp="lispsm-general", partition="none", kind="samples", casters=None, size=512, margin=1.0, **more
+    camera,
+    light,
+    points,
+    bounds,
+    warp="lispsm-general",
+    partition="none",
+    kind="samples",
+    casters=None,
+    size=512,
+    margin=1.0,
+    facets=None,
+    **more,
 ):
     """`plan_shadows` with short names."""
     warp = warp if isinstance(warp, WarpChoice) else WarpChoice(warp)
@@ -61,7 +72,16 @@ def plan_of(
     casters = casters_round(points) if casters is None else casters
     choice = FitChoice(kind, size=size, margin_texels=margin)
     return fit.plan_shadows(
-        camera, light, warp, partition, choice, receivers_ws=points, scene_bounds_ws=bounds, caster_bounds_ws=casters, image_size=IMAGE
+        camera,
+        light,
+        warp,
+        partition,
+        choice,
+        receivers_ws=points,
+        scene_bounds_ws=bounds,
+        caster_bounds_ws=casters,
+        image_size=IMAGE,
+        facets=facets,
     )
 
 

@@ -10,6 +10,8 @@ from addon.maths.error.measure import pixel_gradients, texel_gradients
 from addon.maths.shadow import lookup
 from addon.maths.shadow.light_space import sun_space
 from addon.maths.shadow.partitions import split_distances
+from addon.maths.shadow.suited_cut import mean_extent_px
+from addon.maths.spaces import transform
 from tests.margins import at_most
 from tests.maths.shadow.fit_rigs import IMAGE, camera_at, plan_of, sun_at
 
@@ -133,3 +135,78 @@ def test_looking_at_an_object_four_maps_along_the_light_are_no_worse_than_one_of
     halves, along, across = (mean_errors(kind, cut, warp) for cut in ("halves", "light", "view"))
     assert halves.mean() < 0.97 and np.quantile(halves, 0.9) < 1.05
     assert halves.mean() < along.mean() < across.mean()  # T4's slabs: the reason for the other kinds
+
+
+ALONG = [camera_at((x, -19.0, 1.7), (0.5 * x, 40.0, 0.5), near=1.0, far=200.0) for x in (-1.0, 0.0, 1.5)]
+
+
+def corridor(camera, half_width):
+    """Facets of a floor that runs away from the eye, and of plates of 2 m that stand on it across the view."""
+    rng = np.random.default_rng(1)
+    floor = surface(camera, 0.3)
+    floor = floor[np.abs(floor[:, 0]) < half_width]
+    y = rng.choice(np.arange(-12.0, 38.0, 2.0), 4000)
+    plates = np.stack([rng.uniform(-half_width, half_width, 4000), y, rng.uniform(0.0, 2.0, 4000)], axis=-1)
+    depth = (plates - camera.eye_ws) @ camera.direction_ws
+    seen = (rng.random(4000) < (6.0 / depth) ** 2) & (np.abs(transform(camera.clip_from_world, plates)[:, 0]) < depth)
+    normals = np.concatenate([np.tile([0.0, 0.0, 1.0], (len(floor), 1)), np.tile([0.0, -1.0, 0.0], (seen.sum(), 1))])
+    return np.concatenate([floor, plates[seen]]), normals
+
+
+def floor_of(camera):
+    """Facets of the whole floor."""
+    points = surface(camera, 0.4)
+    return points, np.tile([0.0, 0.0, 1.0], (len(points), 1))
+
+
+def planned(camera, light, facets, cut, kind="samples"):
+    """Four maps of this cut."""
+    return plan_of(camera, light, facets[0], BOUNDS, "lispsm-general", "z-adaptive", kind, size=256, facets=facets, count=4, cut=cut)
+
+
+def extents(camera, light, facets, kind="samples"):
+    """Mean texel extents with 'auto', 'halves' and 'light'."""
+    pixel = 2.0 / camera.clip_from_view[1, 1] / IMAGE[1]
+    plans = (planned(camera, light, facets, cut, kind) for cut in ("auto", "halves", "light"))
+    return [mean_extent_px(plan, camera, light, facets, pixel, 256) for plan in plans]
+
+
+def test_automatic_cuts_are_the_better_of_halves_and_slices_in_the_picture():
+    taken = set()
+    for camera in ALONG:
+        for facets in (corridor(camera, 2.5), floor_of(camera)):
+            for gamma in (35.0, 75.0, 90.0):
+                auto, halves, light = extents(camera, sun_at(camera, gamma, 110.0), facets)
+                assert auto in (halves, light)
+                assert auto <= min(halves, light / 0.95)
+                taken.add("light" if auto == light else "halves")
+    assert taken == {"light", "halves"}
+
+
+def test_extents_are_those_of_a_texel_on_the_floor():
+    camera = seen_from(20.0, 40.0, 60.0, near=5.0)
+    points = surface(camera)
+    light = sun_at(camera, 60.0, 60.0)
+    plan = plan_of(camera, light, points, BOUNDS, "lispsm-general", "z-adaptive", size=256, count=4, cut="light")
+    pixel = 2.0 / camera.clip_from_view[1, 1] / IMAGE[1]
+    found = mean_extent_px(plan, camera, light, (points, np.tile([0.0, 0.0, 1.0], (len(points), 1))), pixel, 256)
+    assert found == pytest.approx(edge_error(camera, light, plan, points, 256), rel=1e-3)
+
+
+def test_at_an_object_and_without_normals_automatic_cuts_are_halves():
+    for view in VIEWS:
+        camera = seen_from(*view, near=5.0)
+        points = surface(camera)
+        for facets in (None, floor_of(camera)):
+            plans = [
+                plan_of(camera, sun_at(camera, 90.0), points, BOUNDS, partition="z-adaptive", count=4, cut=cut, facets=facets)
+                for cut in ("auto", "halves")
+            ]
+            assert all(np.array_equal(a.clip_from_world, b.clip_from_world) for a, b in zip(*(p.projections for p in plans), strict=True))
+
+
+@pytest.mark.parametrize("kind", ["frustum", "scene"])
+def test_only_the_fit_that_follows_what_is_seen_lets_automatic_choose_slices(kind):
+    for camera in ALONG:
+        auto, halves, light = extents(camera, sun_at(camera, 90.0, 60.0), corridor(camera, 2.5), kind)
+        assert auto == halves != light
