@@ -28,7 +28,7 @@ LARGEST_PX = 20.0  # a surface along the ray has no bound
 def mean_extent_px(plan: ShadowPlan, camera: Camera, light: Light, facets: Facets, pixel: float, size: int) -> float:
     """Mean over the facets, points and normals (F, 3), of half the sum of a texel's two extents, on the surface, in pixels.
 
-    `pixel` is a pixel's size at view depth 1 (perspective) or anywhere (orthographic). Facets that face away from the light or are in no map
+    `pixel` is a pixel's size at view depth 1 (perspective) or anywhere (orthographic). Facets that face away from the light or in no map
     do not count; 0 without any.
     """
     points, normals = facets
