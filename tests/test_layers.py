@@ -56,9 +56,9 @@ FLOORS = {
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view ground"
     " local_origin mesh_pieces < asked_view cad platform_deck section < reading < __init__",
-    "addon/scene/cad": "ears < colors companions draco losses meshopt meshopt_filters obj_lines polygons raw step_text text_numbers units"
-    " < cad_format collada_document gltf_document mtl ply_elements step_structure < gltf_look step_shapes < gltf_primitives < *"
-    " < assemble iges sniff step < formats < __init__",
+    "addon/scene/cad": "decimals ears < colors companions draco losses meshopt meshopt_filters obj_lines polygons raw step_text units"
+    " < text_numbers < cad_format collada_document gltf_document mtl ply_elements step_structure < gltf_look step_shapes"
+    " < gltf_primitives < * < assemble iges sniff step < formats < __init__",
     "addon/scene/reading": "limits wire < process child < apart < __init__",
     "addon/scene/platform_deck": "shapes < parts < layout < __init__",
     "addon/scene/section": "clip closed < caps < cut < __init__",

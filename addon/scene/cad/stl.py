@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import re
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from .cad_format import CadFormat, Likeness
 from .colors import of_faces, rgba
+from .decimals import Words
 from .mtl import text_of
 from .polygons import triangulate
 from .raw import RawFile, RawNode, RawPiece
-from .text_numbers import numbers, with_points
+from .text_numbers import with_points
 
 HEADER, FACET = 84, 50
 LAYOUT = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\r\n]*)", re.MULTILINE | re.IGNORECASE)
-VERTEX = re.compile(rb"vertex\s+(\S+\s+\S+\s+\S+)")
-LOOP = re.compile(rb"vertex|endloop")
+SOLID = re.compile(rb"[ \t]*solid\b[ \t]*([^\r\n]*)", re.IGNORECASE)
 MOST_FACETS, LARGEST = 1 << 27, 1e15  # and of the coordinates, of a file that is taken for an STL by its looks
 
 
@@ -27,8 +27,8 @@ def read_stl(path: Path) -> RawFile:
     """A `.stl` file: a part for each solid of a text. Its facet normals are not kept: they say nothing the triangles do not say."""
     data, raw = path.read_bytes().removeprefix(b"\xef\xbb\xbf"), RawFile()
     if _is_text(data):
-        for number, (name, body) in enumerate(_solids(data)):
-            raw.meshes[number] = (name or path.stem, [_text_piece(body, path, raw)])
+        for number, (name, piece) in enumerate(_text_pieces(data, path, raw)):
+            raw.meshes[number] = (name or path.stem, [piece])
     else:
         raw.meshes[0] = (path.stem, [_binary_piece(data, path, raw)])
     raw.nodes += [RawNode(name, mesh=key) for key, (name, _) in raw.meshes.items()]
@@ -41,22 +41,30 @@ def _is_text(data: bytes) -> bool:
     return not is_exact and likeness(data[:4096], len(data)) is Likeness.TEXT
 
 
-def _solids(data: bytes) -> list[tuple[str, bytes]]:
-    """The name and the text of each solid; `endsolid` may be missing."""
-    begins = list(SOLID.finditer(data))
+def _text_pieces(data: bytes, path: Path, raw: RawFile) -> Iterator[tuple[str, RawPiece]]:
+    """The name and the triangles of each solid; `endsolid` may be missing."""
+    words = Words(with_points(data, path.name, raw.warnings) if b"," in data else data)
+    is_corner, is_end = words.are(b"vertex"), words.are(b"endloop")
+    begins = [match for at in words.starts[words.are(b"solid")].tolist() if (match := SOLID.match(data, _line_of(data, at - 1)))]
     ends = [match.start() for match in begins[1:]] + [len(data)]
-    return [(text_of(match[1].strip()), data[match.end() : end]) for match, end in zip(begins, ends, strict=True)]
+    for match, end in zip(begins, ends, strict=True):
+        first, last = np.searchsorted(words.starts, [match.end() + 1, end + 1])
+        yield text_of(match[1].strip()), _text_piece(words, first + np.flatnonzero(is_corner[first:last]), is_end[first:last], first)
 
 
-def _text_piece(body: bytes, path: Path, raw: RawFile) -> RawPiece:
-    text = body.lower()
-    corners = VERTEX.findall(text)
-    values = numbers(with_points(b" ".join(corners), path.name, raw.warnings), np.float64)
-    points = values[: len(values) // 3 * 3].reshape(-1, 3)
-    if text.count(b"endloop") * 3 == len(points):
+def _line_of(data: bytes, at: int) -> int:
+    """Where the line begins that this byte is in."""
+    return max(data.rfind(b"\n", 0, at), data.rfind(b"\r", 0, at)) + 1
+
+
+def _text_piece(words: Words, corners: np.ndarray, is_end: np.ndarray, first: int) -> RawPiece:
+    """The triangles on these corners, places of words; `is_end` which of the words from `first` on end a loop."""
+    corners = corners[corners + 3 < len(words.starts)]
+    points = words.numbers((corners[:, None] + [1, 2, 3]).ravel()).reshape(-1, 3)
+    ends = first + np.flatnonzero(is_end)
+    if 3 * len(ends) == len(points):
         return RawPiece(points, np.arange(len(points)).reshape(-1, 3))
-    ends = np.array([match[0] == b"endloop" for match in LOOP.finditer(text)], bool)
-    before = np.concatenate([[0], np.cumsum(~ends)[ends], [len(points)]])
+    before = np.concatenate([[0], np.searchsorted(corners, ends), [len(points)]])
     triangles, _ = triangulate(points, np.diff(before))  # a loop of more than three corners, or one that is cut off
     return RawPiece(points, triangles)
 

@@ -7,12 +7,19 @@ import warnings
 import numpy as np
 
 from ...errors import CadFileError
+from .decimals import Words
 
 NEWLINE, BLANK = 10, 32
+LONG = 1 << 14  # bytes, from which on the setting up of arrays pays
 
 
 def numbers(text: bytes, dtype: type) -> np.ndarray:
     """All whitespace-separated numbers of `text`; raises `ValueError` when something else stands there."""
+    if len(text) > LONG:
+        values = Words(text).numbers()
+        if np.issubdtype(dtype, np.integer) and not (np.isfinite(values).all() and (values == np.rint(values)).all()):
+            raise ValueError("something stands where a whole number should")
+        return values.astype(dtype, copy=False)
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # how numpy reports that it stopped half way
         try:
