@@ -31,12 +31,24 @@ from ..settings.options import with_options
 from ..studies import outputs
 from ..studies.run import Outcome
 from .impostors import Impostor, ImpostorPath, impostor_path, impostors
+from .sun_hours import SunHoursResult, sun_hours
 from .view import wish_for
 
 if TYPE_CHECKING:
     from ..pipeline.frame import ImpostorReport
 
-__all__ = ["Impostor", "ImpostorPath", "Preview", "analyse", "impostor_path", "impostors", "preview", "theory"]
+__all__ = [
+    "Impostor",
+    "ImpostorPath",
+    "Preview",
+    "SunHoursResult",
+    "analyse",
+    "impostor_path",
+    "impostors",
+    "preview",
+    "sun_hours",
+    "theory",
+]
 ALL_PASSES = USUAL_PASSES
 
 

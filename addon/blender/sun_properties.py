@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import date
+from datetime import date, timedelta
 from math import degrees, pi, radians
 
 import bpy
@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty
 
 from ..errors import SettingsError
 from ..maths.sun import Clock, Place, nautical_offset_h
+from ..studies.sun.days import DEFAULT_STEP_MIN, SKY_DIRECTIONS, SunSpan
 from ..studies.sun.moments import DEFAULT_STEPS
 from .redraw import on_change
 
@@ -92,6 +93,39 @@ class CadShadowSun(bpy.types.PropertyGroup):
         options=set(),
         update=on_change,
     )
+    hours_days: IntProperty(
+        name="Days",
+        description="Days from the date on that sun hours are counted for; of many, a dozen are looked at, and the hours are a mean day's",
+        default=1,
+        min=1,
+        soft_max=366,
+        max=3660,
+        options=set(),
+        update=on_change,
+    )
+    hours_step: FloatProperty(
+        name="Step",
+        description="Minutes from one sun to the next when sun hours are counted: half of them is how well the hours are known",
+        default=DEFAULT_STEP_MIN,
+        min=0.1,
+        soft_min=1.0,
+        soft_max=60.0,
+        max=240.0,
+        step=100,
+        precision=1,
+        options=set(),
+        update=on_change,
+    )
+    sky_directions: IntProperty(
+        name="Sky Directions",
+        description="Directions that the share of the sky is looked for in; 0 leaves it out",
+        default=SKY_DIRECTIONS,
+        min=0,
+        soft_max=1024,
+        max=100_000,
+        options=set(),
+        update=on_change,
+    )
 
 
 def sky_of(props: CadShadowSun) -> tuple[Clock, Place]:
@@ -107,6 +141,16 @@ def sky_of(props: CadShadowSun) -> tuple[Clock, Place]:
 def hours_of(props: CadShadowSun) -> tuple[float | None, float | None]:
     """From and to, None where the day's light decides."""
     return (props.start, props.end) if props.use_hours else (None, None)
+
+
+def span_of(props: CadShadowSun) -> SunSpan:
+    """The days and hours that sun hours are counted for; raises `SettingsError`."""
+    clock = sky_of(props)[0]
+    try:
+        last = clock.day + timedelta(days=props.hours_days - 1)
+    except OverflowError as error:
+        raise SettingsError("The last day lies beyond the year 9999: count fewer days.") from error
+    return SunSpan(clock, last, props.hours_step, *hours_of(props))
 
 
 def to_sun_position(theirs: bpy.types.PropertyGroup, props: CadShadowSun, sun: bpy.types.Object, hours: float) -> None:

@@ -5,7 +5,7 @@ import importlib
 import pytest
 
 LISTED = [
-    ["preview", "analyse", "compare", "light_view", "sun_study", "advise", "export_report", "apply_advice"],
+    ["preview", "analyse", "compare", "light_view", "sun_study", "sun_hours", "advise", "export_report", "apply_advice"],
     ["fit_clip", "frame_camera"],
     ["place_sun", "animate_sun"],
     ["impostor_create", "impostor_remove", "impostor_regenerate", "impostor_report", "impostor_export"],

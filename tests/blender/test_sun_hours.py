@@ -58,6 +58,64 @@ def test_polar_night_is_said_and_is_no_failure(main, table, tmp_path):
     assert all(row["sun_hours_max"] == 0.0 for row in report["sun_hours"]["objects"])
 
 
+@pytest.fixture
+def march(cube_scene):
+    """A cube on a plane, in Munich at the equinox, counted coarsely."""
+    sun = cube_scene.cad_shadow.sun
+    sun.latitude, sun.longitude, sun.year, sun.month, sun.day, sun.hours_step, sun.sky_directions = 48.0, 11.0, 2026, 3, 21, 60.0, 64
+    cube_scene.cad_shadow.map_size = 128
+    return cube_scene
+
+
+def values_of(ob, name):
+    values = np.empty(len(ob.data.polygons), np.float32)
+    ob.data.attributes[name].data.foreach_get("value", values)
+    return values
+
+
+def test_the_button_keeps_the_hours_of_every_face_and_shows_a_picture(march, blend):
+    assert blend.ops.cad_shadow.sun_hours() == {"FINISHED"}
+    cube = blend.data.objects["Cube"]
+    hours, up = values_of(cube, "sun_hours"), {tuple(np.rint(p.normal).astype(int)): p.index for p in cube.data.polygons}
+    assert hours[up[0, 0, 1]] == pytest.approx(12.2, abs=0.15), "the top has all day"
+    assert hours[up[0, -1, 0]] == pytest.approx(hours[up[0, 0, 1]], abs=1.1), "at the equinox the south has nearly all of it"
+    assert hours[up[0, 1, 0]] < 0.6 and hours[up[0, 0, -1]] == 0.0, "the north and the underside have none"
+    assert hours[up[1, 0, 0]] == pytest.approx(hours[up[-1, 0, 0]], abs=1.1)
+    sky = values_of(cube, "sky_view")
+    assert sky[up[0, 0, 1]] == pytest.approx(1.0, abs=0.02) and sky[up[0, -1, 0]] == pytest.approx(0.5, abs=0.03)
+    assert any("sun hours" in image.name for image in blend.data.images)
+    blend.ops.cad_shadow.sun_hours()
+    assert [a.name for a in cube.data.attributes].count("sun_hours") == 1
+
+
+def test_objects_that_cannot_keep_hours_are_named_and_keep_none(march, blend, room):
+    shared = blend.data.objects.new("Twin", blend.data.objects["Cube"].data)
+    march.collection.objects.link(shared)
+    blend.data.objects["Plane"].modifiers.new("more", "SUBSURF").subdivision_type = "SIMPLE"
+    blend.context.view_layer.update()
+    faces, complaints = room("blender.sun_hours").read_faces(blend.context)
+    assert faces == [] and len(complaints) == 3
+    assert any("'Plane' has modifiers" in line for line in complaints) and any("'Twin' shares" in line for line in complaints)
+
+
+def test_scripts_get_arrays_and_faces(march, api, blend):
+    from datetime import date
+
+    when = {"latitude": 48, "longitude": 11, "date": date(2026, 3, 21), "step_minutes": 60}
+    found = api.sun_hours(march, **when, sky_directions=16, faces=True, size=(48, 32), map_size=128)
+    assert found.hours.shape == (32, 48) and np.nanmax(found.hours) == pytest.approx(found.most, abs=1e-3)
+    assert found.picture.shape[1:] == (48, 3) and {row["object"] for row in found.objects} == {"Cube", "Plane"}
+    assert found.keep() == 2 and "sun_hours" in blend.data.objects["Plane"].data.attributes
+
+
+def test_a_blend_file_has_the_hours_of_its_faces(main, table, tmp_path, blend):
+    more = ("--sky-directions", "0", "--up-axis", "z", "--blend")
+    assert main(["sun-hours", str(table), *WHERE, *more, *TINY, "-o", str(tmp_path / "out")]) == 0
+    blend.ops.wm.open_mainfile(filepath=str(tmp_path / "out" / "table_sun_hours.blend"))
+    kept = [values_of(ob, "sun_hours") for ob in blend.data.objects if ob.type == "MESH"]
+    assert len(kept) == 2 and max(values.max() for values in kept) == pytest.approx(12.2, abs=0.15)
+
+
 WRONG = [
     (["--to-date", "2026-01-01"], "before"),
     (["--from", "12:00", "--to", "09:00"], "forward"),

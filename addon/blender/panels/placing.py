@@ -40,3 +40,12 @@ def draw_sun_study(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     column = layout.column(align=True)
     column.operator("cad_shadow.sun_study", icon="IMAGE_REFERENCE")
     column.operator("cad_shadow.animate_sun", icon="KEYTYPE_KEYFRAME_VEC")
+
+
+def draw_sun_hours(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """How long the sun shines on what."""
+    layout, sun = self.layout, context.scene.cad_shadow.sun
+    layout.use_property_split, layout.use_property_decorate = True, False
+    for name in ("hours_days", "hours_step", "sky_directions"):
+        layout.prop(sun, name)
+    layout.operator("cad_shadow.sun_hours", icon="LIGHT_SUN")

@@ -16,7 +16,7 @@ from ..session import is_last_current, last
 from .chosen import is_live, look_label, preset_label
 from .compatible import ENGINE
 from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors
-from .placing import draw_camera, draw_sun, draw_sun_study
+from .placing import draw_camera, draw_sun, draw_sun_hours, draw_sun_study
 from .words import paragraph, sharpness
 
 TAB = "CAD Shadow"
@@ -179,6 +179,7 @@ SECTIONS = (
     Section("light", "Light", draw_light),
     Section("sun", "Sun by Place and Time", draw_sun, "light", True),
     Section("sun_study", "Sun over a Day", draw_sun_study, "sun", True),
+    Section("sun_hours", "Sun Hours", draw_sun_hours, "sun", True),
     Section(
         "ambient",
         "Colors and Ambient Light",

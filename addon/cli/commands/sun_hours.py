@@ -14,11 +14,12 @@ from ...errors import SettingsError
 from ...images.exr import encode_exr
 from ...images.png import encode_png
 from ...maths.view import Light
+from ...pipeline.job import Job
 from ...studies import stopping
-from ...studies.outputs import write_bytes, write_json
+from ...studies.outputs import write_bytes, write_json, written
 from ...studies.report import report_of
-from ...studies.sun.days import DEFAULT_STEP_MIN, MOST_DAYS, SunSpan, suns
-from ...studies.sun.hours import SKY_DIRECTIONS, HoursAsked, csv_text, hours_picture, object_rows, sky_picture, sun_hours
+from ...studies.sun.days import DEFAULT_STEP_MIN, MOST_DAYS, SKY_DIRECTIONS, SunSpan, suns
+from ...studies.sun.hours import HoursAsked, csv_text, hours_picture, object_rows, sky_picture, sun_hours
 from ..argument_types import between, positive
 from ..command import Command
 from ..shared_arguments import SECTIONS, add_batch, add_inputs, add_method, add_reporting, add_view
@@ -56,6 +57,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=SKY_DIRECTIONS,
         metavar="N",
         help=f"directions that the sky is looked for in; 0 leaves the share of the sky out (default {SKY_DIRECTIONS})",
+    )
+    parser.add_argument(
+        "--blend", action="store_true", help="also the scene as a .blend file, with the hours of every face as mesh attribute sun_hours"
     )
     add_inputs(parser)
     add_reporting(parser)
@@ -96,11 +100,27 @@ def sun_hours_command(scene: bpy.types.Scene, wish: RenderWish, stem: Path, args
         files["sky_view.png"] = encode_png(sky_picture(found))
     for name, data in files.items():
         write_bytes(stem.with_name(f"{stem.name}_{name}"), data)
+    kept = write_blend(scene, job, asked, stem.with_name(f"{stem.name}_sun_hours.blend")) if args.blend else []
     report = report_of(found.outcome.job, found.outcome.frame)
-    report["warnings"] += [] if len(asked.suns) else [NO_SUN]
+    report["warnings"] += [*kept, *([] if len(asked.suns) else [NO_SUN])]
     report["sun_hours"] = {**span.as_dict(place), "suns": len(asked.suns), "most": asked.most, "objects": rows}
     write_json(stem.with_name(f"{stem.name}_report.json"), report)
     return report, f"{len(asked.suns)} suns, up to {asked.most:.2f} h a day, wrote {', '.join(files)} to {stem.parent}"
+
+
+def write_blend(scene: bpy.types.Scene, job: Job, asked: HoursAsked, path: Path) -> list[str]:
+    """Write the scene as it is open, with the hours of its faces; a line for each object that cannot keep them."""
+    import bpy
+
+    from ...blender.face_values import faces_of
+    from ...blender.sun_hours import face_hours
+
+    layer = scene.view_layers[0]
+    faces, complaints = faces_of(list(layer.objects), bpy.context.evaluated_depsgraph_get())
+    face_hours(job, asked, faces, complaints, lambda _fraction, _stage: None, stopping.is_asked).keep()
+    with written(path) as temporary:
+        bpy.ops.wm.save_as_mainfile(filepath=str(temporary), copy=True, check_existing=False)
+    return complaints
 
 
 ROW = Command(

@@ -13,6 +13,7 @@ from ...maths.light_set import LightSet
 from ...maths.sun import RISEN_RAD, Clock, Place, daylight, direction_ws, horizontal, refracted
 
 DEFAULT_STEP_MIN = 5.0
+SKY_DIRECTIONS = 256
 MOST_DAYS = 12
 """Days of a longer range that are looked at, unless told."""
 

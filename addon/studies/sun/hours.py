@@ -15,8 +15,8 @@ from ...pipeline.reach_choice import COSINES, ReachChoice
 from ..pending import Cancels, Progress, waited
 from ..run import Outcome, run, submit_task
 from ..surface_samples import SurfaceSamples, surface_samples
+from .days import SKY_DIRECTIONS
 
-SKY_DIRECTIONS = 256
 PASSES = ("combined", "depth", "normal", "object")
 COLUMNS = ("object", "area_m2", "samples", "sun_hours_mean", "sun_hours_min", "sun_hours_max", "sky_view_mean")
 
@@ -63,7 +63,7 @@ class SunHours:
 
 def sun_hours(job: Job, asked: HoursAsked, say: Progress, is_given_up: Cancels, *, pixels: bool = True, objects: bool = True) -> SunHours:
     """Count, on the worker, waiting for it; raises as `run.run` does. Maps have the size that the job's settings give them."""
-    parts = _Parts(say, pixels * 2 + objects * 2)
+    parts = Parts(say, pixels * 2 + objects * 2)
     outcome = hours = sky = samples = sample_hours = sample_sky = None
     if pixels:
         shown = replace(job, passes=PASSES, measure=False, impostors=None)
@@ -77,7 +77,7 @@ def sun_hours(job: Job, asked: HoursAsked, say: Progress, is_given_up: Cancels, 
     return SunHours(asked, outcome, hours, sky, samples, sample_hours, sample_sky)
 
 
-class _Parts:
+class Parts:
     """Several pieces of work, one after another, as one progress."""
 
     def __init__(self, say: Progress, count: int) -> None:
@@ -89,7 +89,7 @@ class _Parts:
         return lambda fraction, stage: self._say((begin + fraction) / self._count, stage)
 
 
-def pixel_hours(job: Job, asked: HoursAsked, parts: _Parts, is_given_up: Cancels) -> tuple[np.ndarray, np.ndarray | None]:
+def pixel_hours(job: Job, asked: HoursAsked, parts: Parts, is_given_up: Cancels) -> tuple[np.ndarray, np.ndarray | None]:
     """(h, w) hours and (h, w) share of the sky of what the camera sees."""
     from ...pipeline.reach_tasks import sums_of_pixels  # loads OpenGL
 
@@ -104,7 +104,7 @@ def pixel_hours(job: Job, asked: HoursAsked, parts: _Parts, is_given_up: Cancels
 
 
 def hours_at(
-    job: Job, asked: HoursAsked, points_ws: np.ndarray, normals_ws: np.ndarray, parts: _Parts, is_given_up: Cancels
+    job: Job, asked: HoursAsked, points_ws: np.ndarray, normals_ws: np.ndarray, parts: Parts, is_given_up: Cancels
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """(P,) hours and (P,) share of the sky at places (P, 3) on surfaces: those of the side that has more of either."""
     from ...pipeline.reach_tasks import sums_at_places  # loads OpenGL
