@@ -46,10 +46,11 @@ def torus(radius: float, thickness: float) -> tuple[np.ndarray, np.ndarray]:
 
 def valve() -> list[Body]:
     """A gate valve between two flanges, with its bolts, stem and wheel."""
-    body = [(40, -150), (80, -150), (80, -130), (52, -130), (52, -80), (75, -40), (75, 40), (52, 80), (52, 130), (80, 130), (80, 150), (40, 150)]
+    half = [(75, 40), (52, 80), (52, 130), (80, 130), (80, 150), (40, 150)]
+    body = [*((radius, -height) for radius, height in reversed(half)), *half]
     parts: list[Body] = []
 
-    def add(name: str, color: str, mesh: tuple[np.ndarray, np.ndarray], turn: np.ndarray | None = None, at: tuple = (0.0, 0.0, 0.0)) -> None:
+    def add(name: str, color: str, mesh: tuple, turn: np.ndarray | None = None, at: tuple = (0.0, 0.0, 0.0)) -> None:
         corners = mesh[0] if turn is None else mesh[0] @ turn.T
         parts.append((name, color, corners + np.array(at), mesh[1]))
 
@@ -69,7 +70,8 @@ def valve() -> list[Body]:
         y, z = 66.0 * float(np.cos(a)), 66.0 * float(np.sin(a))
         for side in (-1.0, 1.0):
             add(f"Bolt {number + 1}", "steel", tube(0.5, 6.0, side * 140.0 - 20.0, side * 140.0 + 20.0, 6), ALONG_X, (0.0, y, z))
-        add(f"Bonnet bolt {number + 1}", "steel", tube(0.5, 4.0, 85.0, 120.0, 6), at=(58.0 * float(np.cos(a)), 58.0 * float(np.sin(a)), 0.0))
+        x, y = 58.0 * float(np.cos(a)), 58.0 * float(np.sin(a))
+        add(f"Bonnet bolt {number + 1}", "steel", tube(0.5, 4.0, 85.0, 120.0, 6), at=(x, y, 0.0))
     return parts
 
 
