@@ -3,6 +3,8 @@ Worker thread only."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..maths.shadow.projection import ShadowPlan
@@ -33,7 +35,9 @@ def shade(
     if has_data or samples == 1:
         target, wanted = device.shade_target(job.size, has_data), look_of(device, job, impostors)
         if wanted is None or target.holds != wanted:
-            shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
+            is_picture = samples == 1 and "combined" in job.passes
+            plain = job if is_picture else replace(job, settings=job.settings.replaced(test={"smoothing": 1}))
+            shade_once(device, plain, job.camera, draw_list, plan, target, device.gbuffer(job.size), impostors)
             if samples == 1:
                 overlay.draw(job.camera, device.gbuffer(job.size), target.textures[0])
             target.holds = wanted

@@ -105,6 +105,7 @@ _APPLIES: dict[str, Callable[[Any], bool]] = {
     "split_weight": partial(_is_of_scheme, "split_weight"),
     "alpha": lambda v: _is_of_scheme("alpha", v) and v.partitions > 1,
     **{name: partial(_is_of_test, name) for test in SHADOW_TESTS.values() for name in test.options},
+    "smoothing": lambda v: _is_of_test("smoothing", v) and str(v.pcf) == "1",
     "bias": lambda v: _is_of_test("bias", v) and v.bias_strategy != "automatic",
     "filter_unit": lambda v: str(v.pcf) != "1",
     "filter_width": lambda v: str(v.pcf) != "1",

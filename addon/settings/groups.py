@@ -16,6 +16,7 @@ from .stage import EdgeLines, GroundChoice, SectionChoice
 TESTS = tuple(SHADOW_TESTS)
 BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-plane")
 PCF_COUNTS = (1, 4, 9, 16, 25)
+SMOOTHINGS = (1, 5, 9, 13)
 SAMPLE_COUNTS = (1, 4, 9, 16)
 FILTER_UNITS = ("texel", "pixel", "metre")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
@@ -32,6 +33,7 @@ class ShadowTestChoice:
     `epsilon_far` (IDD §5.4) in metres, None = automatic per pixel. `id_per_material`: faces of different material slots get different ids.
     `filter_width` is the width of the filter's square of k taps, in `filter_unit`: texels of the map (its softness follows the warp),
     pixels of the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
+    `smoothing`: the places of a camera sample's footprint that the triangle test tests where a shadow's edge may pass.
     `outlines`: the triangle test also looks for triangles whose edges cross the texels round the place (thin parts far away).
     """
 
@@ -46,6 +48,7 @@ class ShadowTestChoice:
     filter_unit: str = one_of("texel", "Filter unit", FILTER_UNITS)
     filter_width: float | None = within(None, "The filter's width", 1e-6, 1e6)
     outlines: bool = False
+    smoothing: int = one_of(5, "The smoothing of shadow edges", SMOOTHINGS)
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -55,6 +58,11 @@ class ShadowTestChoice:
             self.depths == 1 or "depths" in test.options,
             f"The {self.kind} test stores {test.stored.words}, not depths: set the depths per cell to 1.",
         )
+
+    @property
+    def places(self) -> int:
+        """The most places of a sample's footprint that are tested: `smoothing` where the test has it and no filter is chosen."""
+        return self.smoothing if "smoothing" in SHADOW_TESTS[self.kind].options and self.pcf == 1 else 1
 
     @property
     def has_outlines(self) -> bool:

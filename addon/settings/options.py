@@ -28,6 +28,7 @@ from .words import (
     FIT_WORDS,
     PCF_WORDS,
     SAMPLE_WORDS,
+    SMOOTHING_WORDS,
 )
 
 OPTIONS: tuple[Option, ...] = (
@@ -191,6 +192,14 @@ OPTIONS: tuple[Option, ...] = (
         "switch",
         "Thin Parts",
         "The exact test also finds parts too thin for the map's texels, by drawing the outlines of all triangles once more: slower",
+    ),
+    choice(
+        "smoothing",
+        "test",
+        "smoothing",
+        "Smooth Edges",
+        "How smooth the edges of shadows are: the exact test is done several times for a pixel, but only where an edge passes",
+        SMOOTHING_WORDS,
     ),
     choice("display", "shading", "display", "Show", "What the picture shows", DISPLAY_WORDS),
     choice(

@@ -3,7 +3,7 @@
 Warps, partition schemes and shadow tests bring their own (`maths/warping`, `maths/partitioning`, `shadowing`).
 """
 
-from .groups import PCF_COUNTS, SAMPLE_COUNTS
+from .groups import PCF_COUNTS, SAMPLE_COUNTS, SMOOTHINGS
 
 CUT_WORDS = (
     (
@@ -51,6 +51,12 @@ PCF_WORDS = tuple(
         f"{k} shadow test{'s' * (k > 1)} per pixel: {k + 1} levels of shadow at an edge with one depth per cell",
     )
     for k in PCF_COUNTS
+)
+SMOOTHING_WORDS = tuple(
+    ("Off", "One test for every camera sample: edges of shadows have stairs")
+    if k == 1
+    else (f"{k} tests", f"{k} tests for every camera sample that the edge of a shadow may pass, one for all others")
+    for k in SMOOTHINGS
 )
 SAMPLE_WORDS = tuple(
     (f"{k} per pixel", f"{k} camera sample{'s' * (k > 1)} per pixel of the picture; the data passes stay at pixel centres")

@@ -25,7 +25,9 @@ vec2 tap_offset(mat2 units, int x, int y) { return units * ((vec2(x, y) - 0.5 * 
 // `bool stays_on_surface()`: whether taps that nobody sees count as the receiver's own place (not with limits given by hand, the texts' own).
 #include SHADOW_TEST
 
-#ifndef HAS_OWN_FILTER
+#if SMOOTHING > 1
+#include "common_shadow_edge.glsl"
+#elif !defined(HAS_OWN_FILTER)
 // Light reaching a receiver that faces the light, 0 ... 1.
 float light_at(Receiver r, mat2 on_surface) {
     mat2 units = texels_from_unit(r, on_surface);

@@ -3,24 +3,6 @@
 uniform usamplerBuffer u_normals;   // of the vertices, octahedral
 uniform vec2 u_section;             // view depths between which the camera shows something
 
-// Edge functions of the ray through x along `along`, x being near: all of one sign where it passes through the triangle of these corners.
-vec3 edges_seen(mat3 corners, vec3 along) {
-    vec3 edges = vec3(
-        dot(along, cross(corners[0], corners[1])), dot(along, cross(corners[1], corners[2])), dot(along, cross(corners[2], corners[0])));
-    return edges.x + edges.y + edges.z < 0.0 ? -edges : edges;
-}
-
-mat3 corners_from(uvec4 info, uint slot, uint triangle, vec3 x) {
-    uint first = triangle * 3u;
-    return mat3(corner_ws(info, slot, first) - x, corner_ws(info, slot, first + 1u) - x, corner_ws(info, slot, first + 2u) - x);
-}
-
-// How far the ray is beyond each edge, from the edge functions.
-vec3 beyond_edges(vec3 edges, mat3 corners, vec3 along) {
-    vec3 ab = cross(along, corners[1] - corners[0]), bc = cross(along, corners[2] - corners[1]), ca = cross(along, corners[0] - corners[2]);
-    return edges / max(vec3(length(ab), length(bc), length(ca)), vec3(1e-30));
-}
-
 vec3 corner_normal_ws(uvec4 info, uint slot, uint corner) {
     vec3 normal = unpacked_octahedral(texelFetch(u_normals, int(texelFetch(u_indices, int(corner)).r)).r);
     return info.w != 0u ? normal : normalize(turned_normal_ws(slot, normal));
@@ -33,50 +15,12 @@ vec3 normal_met(uvec4 info, uint slot, uint triangle, vec3 edges, vec3 other) {
     return dot(sum, sum) > 1e-6 ? normalize(sum) : other;
 }
 
-// Over the edge that the ray is farthest beyond, again and again. False where the surface ends or folds back before the ray: then `triangle`
-// is the last one that is seen from the ray's side, and `normal` that of its place next to the ray.
+// As walk_to_ray, with the shading normal where the ray passes through; where none does, that of the place next to the ray.
 bool follow_to_ray(uvec4 info, uint slot, vec3 x, vec3 along, inout uint triangle, inout vec3 normal) {
-    uint before = NOWHERE, at = triangle;
-    bool is_met = false;
-    vec3 last = vec3(1.0);
-    for (int steps = 0; steps < MOST_FOLLOWED; ++steps) {
-        mat3 corners = corners_from(info, slot, at, x);
-        vec3 edges = edges_seen(corners, along);
-        is_met = all(greaterThanEqual(edges, vec3(0.0)));
-        if (is_met) {
-            triangle = at;
-            last = edges;
-            break;
-        }
-        vec3 beyond = beyond_edges(edges, corners, along);
-        uint next = NOTHING;
-        float farthest = 0.0;
-        bool is_folded = false;
-        for (int k = 0; k < 3; ++k) {
-            if (edges[k] >= 0.0) continue;
-            uint across = texelFetch(u_links, int(at) * 3 + k).r;
-            is_folded = is_folded || across == before;
-            if (beyond[k] < farthest) {
-                farthest = beyond[k];
-                next = across;
-            }
-        }
-        if (is_folded) break;
-        triangle = before = at;
-        last = edges;
-        if (next == NOTHING || next == SEVERAL) break;
-        at = next;
-    }
+    vec3 last;
+    bool is_met = walk_to_ray(info, slot, x, along, triangle, last);
     normal = normal_met(info, slot, triangle, max(last, vec3(0.0)), normal);
     return is_met;
-}
-
-// Metres of view depth from x to the plane of a triangle along the ray.
-float depth_to_plane(uvec4 info, uint slot, uint triangle, vec3 x, vec3 along) {
-    vec3 a = corner_ws(info, slot, triangle * 3u), b = corner_ws(info, slot, triangle * 3u + 1u), c = corner_ws(info, slot, triangle * 3u + 2u);
-    vec3 n = cross(b - a, c - a);
-    float slope = dot(n, along);
-    return slope == 0.0 ? 0.0 : dot(n, a - x) / slope;
 }
 
 const int AS_DRAWN = 0, MET = 1, NAMED = 2;

@@ -9,6 +9,7 @@
 #include "common_triangles.glsl"
 #include "common_large.glsl"
 #include "common_links.glsl"
+#include "common_ray_walk.glsl"
 #include "common_seen.glsl"
 #include "common_filter.glsl"
 #include "common_sky.glsl"
@@ -20,6 +21,7 @@ uniform vec4 u_background;
 #include "common_ground.glsl"
 uniform sampler2D u_normal;
 uniform float u_side;              // pixels of the target to a side of the picture's pixel
+uniform float u_footprint;         // of a camera sample, a side in the picture's pixels
 uniform vec4 u_clay;
 #if IMPOSTORS
 #include "common_triangle_met.glsl"
@@ -83,7 +85,7 @@ void main() {
     vec3 light_ws = towards_light(x_ws);
     bool faces = dot(geometric, light_ws) > 0.0;
     int map = map_index(x_ws, view_depth);
-    float light = 0.0;
+    float light = 0.0, at_place = 0.0;   // over the sample's footprint, at its very place
     vec3 errors = vec3(-1.0);
     if (map >= 0) {
         vec4 q = project(map, x_ws);
@@ -92,12 +94,17 @@ void main() {
         vec3 move_x = (u_along_from_pixel[0] * view_depth + u_start_from_pixel[0]) * u_side;
         vec3 move_y = (u_along_from_pixel[1] * view_depth + u_start_from_pixel[1]) * u_side;
         if (faces) {
-            mat2 on_surface = FILTER_UNIT == FILTER_PIXELS ? texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric) : mat2(1.0);
-            light = 1.0;
+            bool needs_pixels = FILTER_UNIT == FILTER_PIXELS || SMOOTHING > 1;
+            mat2 on_surface = needs_pixels ? texel_jacobian(grad_s, grad_t, move_x, move_y, along, geometric) : mat2(1.0);
+            light = at_place = 1.0;
             if (all(lessThanEqual(abs(q.xy), vec2(1.0)))) {
                 float blur = interpolation_blur(grad_s, grad_t, seen.edge_1, seen.edge_2);
-                light = light_at(receiver_at(map, q, grad_s, grad_t, x_ws, geometric, light_ws, seen.noise_m, blur, ids, id_of(info)),
-                                 on_surface);
+                Receiver r = receiver_at(map, q, grad_s, grad_t, x_ws, geometric, light_ws, seen.noise_m, blur, ids, id_of(info));
+#if SMOOTHING > 1
+                light = smoothed_light(r, u_footprint * on_surface, at_place);
+#else
+                light = at_place = light_at(r, on_surface);
+#endif
             }
         }
         if (DATA != 0 || DISPLAY == 2) {
@@ -108,12 +115,12 @@ void main() {
                           directional_errors(texel_jacobian(grad_s, grad_t, move_x, move_y, along, mid)));
         }
     } else if (faces) {
-        light = 1.0;
+        light = at_place = 1.0;
     }
 #if LOOKS
-    if (has_flag(info, UNLIT)) light = 0.0;
+    if (has_flag(info, UNLIT)) light = at_place = 0.0;
 #endif
-    if (u_light.w != 0.0 && !in_cone(u_light.xyz - x_ws)) light = 0.0;
+    if (u_light.w != 0.0 && !in_cone(u_light.xyz - x_ws)) light = at_place = 0.0;
     float falloff = light_falloff(x_ws), arriving = light * falloff;
 #if SUMS
     float facing = falloff * max(dot(geometric, light_ws), 0.0);
@@ -134,7 +141,7 @@ void main() {
 #endif
         out_combined = DISPLAY == 0 ? shadow_caught(fade, dark, sun) : u_background;
 #if DATA
-        out_errors = vec4(-1.0, -1.0, -1.0, 1.0 - dark);   // as background.frag, but for the shadow
+        out_errors = vec4(-1.0, -1.0, -1.0, 1.0 - ground_fade(x_ws.xy) * (1.0 - at_place));   // as background.frag, but for the shadow
         out_normal = vec4(0.0);
         out_ids = ivec4(-1);
 #endif
@@ -150,7 +157,7 @@ void main() {
     out_combined = summed(out_combined);
 #endif
 #if DATA
-    out_errors = vec4(errors, light);
+    out_errors = vec4(errors, at_place);
     out_normal = vec4(smooth_normal, view_depth);
     out_ids = ivec4(int(info.x) - 1, map, int(info.z), 0);
 #endif

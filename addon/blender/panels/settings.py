@@ -190,7 +190,7 @@ SECTIONS = (
     Section("ground", "Ground", draw_options("ground", "ground_height", "ground_strength"), closed=True),
     Section("section", "Section", draw_section, closed=True),
     Section("camera", "Camera", draw_camera, closed=True),
-    Section("detail", "Sharpness of Shadows", draw_options("samples", "map_size"), closed=True),
+    Section("detail", "Sharpness of Shadows", draw_options("samples", "smoothing", "map_size"), closed=True),
     Section("warp", "Detail Near and Far", draw_choice("warp"), "detail", True),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"), "warp", True),
     Section("partition", "Parts of the View", draw_choice("partition", "partitions", "cut", "split_weight", "alpha"), "detail", True),

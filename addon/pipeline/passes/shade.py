@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable
+from dataclasses import replace
 from functools import cache
 
 import moderngl
@@ -111,6 +112,7 @@ class ShadePass:
             u_side=float(side),
             u_part=part or 0.0,
             **({} if sky is None else sky.uniforms(origin)),
+            u_footprint=settings.shading.samples**-0.5,
             **_light_uniforms(light, settings, origin),
             **_colors(settings, draw_list.scene.ground, origin),
             **_data_colors(),
@@ -133,7 +135,7 @@ class ShadePass:
         is_sum: bool,
         has_sky: bool,
     ) -> moderngl.Program:
-        """The program with what this picture needs compiled in."""
+        """The program with what this picture needs compiled in. Of what is summed only the very place of a sample is asked: soft as it is."""
         return self._programs.get(
             "fullscreen.vert",
             "shade.frag",
@@ -151,7 +153,7 @@ class ShadePass:
             **FOLLOWED,
             LOOKS=draw_list.looks() is not None,
             GROUND=GROUND if draw_list.scene.ground is not None else 0,
-            **shadow_defines(settings.test),
+            **shadow_defines(replace(settings.test, smoothing=1) if is_sum else settings.test),
         )
 
     def _add(self, sums: LightSums, gbuffer: GBuffer, program: moderngl.Program, everywhere: bool) -> None:

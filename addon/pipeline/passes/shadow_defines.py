@@ -18,6 +18,8 @@ EDGE_SHARE, FOOT_SHARE = 0.5, 0.8
 STEEPEST_TANGENT = 16.0
 USUAL_BIAS = {"slope-scaled": 1.0, "normal-offset": 1.0, "receiver-plane": 2.0}
 USUAL_CONSTANT_SHARE = 4e-3
+SMOOTHING_TURNS = {1: 0, 5: 2, 9: 2, 13: 5}
+"""By how many rows each column's place of the lattice lies above the last one's: the farthest apart that so many can be."""
 
 
 def spread_neighbours(depths: int) -> np.ndarray:
@@ -48,6 +50,8 @@ def shadow_defines(test: ShadowTestChoice) -> dict[str, int | float | str]:
         "TAP_SPACING": width / side,
         "IS_TEXEL_APART": int(test.filter_unit == "texel" and width == side),
         "DEPTHS": test.depths,
+        "SMOOTHING": test.places,
+        "SMOOTHING_TURN": SMOOTHING_TURNS[test.smoothing],
         "ID_PER_MATERIAL": int(test.id_per_material),
         "OUTLINES": int(test.has_outlines),
         "AUTO_TILT": AUTO_TILT,
