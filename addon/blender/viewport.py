@@ -1,7 +1,9 @@
 """The live view: what View3D's Rendered shading shows. The picture is made on the worker; the last one stays until the next is ready.
 
-While the view moves, a coarser picture is asked for (fewer pixels, smaller maps); when it has been still for a moment, the full one.
-At most one picture is in the making per view; the newest wish replaces all older ones. Nothing here waits for the worker.
+While the view moves, a coarser picture is asked for (fewer pixels, smaller maps); when it has been still for a moment, one sample for
+every pixel, then all that the settings say, and at last its numbers, for the Quality panel. Until a picture of the view as it is now is
+there, the last one is shown in its place in space (`reprojection.py`), so that it stays with Blender's grid and outlines. At most one
+picture is in the making per view; the newest wish replaces all older ones. Nothing here waits for the worker.
 
 A shaded picture is drawn by the engine and goes through the scene's view transform. A picture of data (shadow, error, maps) must not be
 changed by it, since its legend's colours mean numbers: unless the view transform leaves colours alone, it is drawn after the scene and
@@ -17,7 +19,6 @@ from weakref import WeakSet
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 
 from ..errors import Cancelled, UserError
 from ..maths.shadow.projection import ShadowPlan
@@ -28,9 +29,11 @@ from ..studies.run import Outcome, libraries_ready, submit
 from . import session
 from .live_scene import LiveScene
 from .render_wish import ENGINE
-from .textures import texture_of
+from .reprojection import DrawnPicture
 
-COARSE = 2  # pixels and map texels per side are divided by this while the view moves
+COARSER_BY = 2  # pixels and map texels per side are divided by this while the view moves
+COARSE, ONE_SAMPLE, FULL, MEASURED = 3, 2, 1, 0
+"""How coarse a picture is: fewer pixels; all pixels, a camera sample each; as the settings say; that, and what its numbers are."""
 STILL_S = 0.25
 BIG = 200_000  # triangles from which on also the first picture is a coarse one
 POLL_S = 0.03
@@ -48,13 +51,17 @@ class Wish:
     coarseness: int
 
 
-def coarser(job: Job, factor: int) -> Job:
-    """The job with pictures and maps `factor` times smaller per side, one camera sample per pixel."""
-    if factor == 1:
+def coarser(job: Job, coarseness: int) -> Job:
+    """The job as coarse as that: with pictures and maps smaller per side, with one camera sample per pixel, as it is, or measured."""
+    if coarseness == MEASURED:
+        return replace(job, measure=True)
+    if coarseness == FULL:
         return job
-    settings = job.settings
-    size = tuple(max(1, n // factor) for n in job.size)
-    return replace(job, size=size, settings=settings.replaced(fit={"size": max(settings.fit.size // factor, 64)}, shading={"samples": 1}))
+    settings = job.settings.replaced(shading={"samples": 1})
+    if coarseness == ONE_SAMPLE:
+        return replace(job, settings=settings)
+    size = tuple(max(1, n // COARSER_BY) for n in job.size)
+    return replace(job, size=size, settings=settings.replaced(fit={"size": max(settings.fit.size // COARSER_BY, 64)}))
 
 
 class LiveView:
@@ -66,7 +73,11 @@ class LiveView:
         self._pending: tuple[Wish, Pending[Outcome]] | None = None
         self._shown: Wish | None = None
         self._image: np.ndarray | None = None
-        self._texture: object | None = None
+        self._drawn: DrawnPicture | None = None
+        self._taken_from: tuple | None = None  # the view that the image is of, and the view as it is now
+        self._camera: tuple | None = None
+        self._outcome: Outcome | None = None
+        self._measured: Outcome | None = None  # to be told of
         self._is_drawn_late = False
         self._shows: tuple[str, ShadowPlan | None] = ("shaded", None)  # the display and the maps of the image
         self.region = 0  # the pointer of the region it was drawn in last
@@ -90,9 +101,7 @@ class LiveView:
         self._take_place(context.region.as_pointer())
         self._is_drawn_late = self._shows[0] != "shaded" and not leaves_colours(depsgraph.scene)
         if not self._is_drawn_late:
-            engine.bind_display_space_shader(depsgraph.scene)
-            self._draw_texture("ALPHA_PREMULT", (0, 0), context.region.width, context.region.height)
-            engine.unbind_display_space_shader()
+            self._draw_picture(context.region_data)
 
     def _take_place(self, region: int) -> None:
         """This view is what the region shows. Another one there is of an engine object that Blender has dropped, but Python not yet."""
@@ -105,6 +114,7 @@ class LiveView:
         """Ask for the picture of this view. Where there can be none (an emptied scene), nothing is shown but the reason."""
         try:
             self._ask(self._scene.job(context, depsgraph))
+            self._tell(context)
         except Exception as error:
             if self._pending is not None:
                 self._pending[1].cancel()
@@ -114,7 +124,7 @@ class LiveView:
     def _blank(self, message: str) -> None:
         """Show no picture: that of another scene or of other settings would be taken for this one's."""
         self.message, self._shown, self._wants_more = message, None, False
-        self._image = self._texture = None
+        self._image = self._drawn = self._outcome = self._measured = None
         self._shows = ("shaded", None)
         session.clear_impostors()
 
@@ -126,20 +136,41 @@ class LiveView:
         self.collect()
         if job is None:
             return
-        key = job.key
+        key, self._camera = job.key, (job.camera.key, job.scene.origin_ws.tobytes())
         now = time.monotonic()
         if key != self._wanted:
             starts_full = self._wanted is None and job.scene.triangle_count < BIG
             self._wanted, self._moved_at = key, 0.0 if starts_full else now
         if self._pending is not None:
             wish, pending = self._pending
-            if wish.coarseness == 1 and wish.key != key:
+            if wish.coarseness <= ONE_SAMPLE and wish.key != key:
                 pending.cancel()
             return
-        wish = Wish(key, COARSE if now - self._moved_at < STILL_S else 1)
+        wish = Wish(key, COARSE if now - self._moved_at < STILL_S else self._finer(job))
         if self._shown is not None and self._shown.key == key and self._shown.coarseness <= wish.coarseness and not self._wants_more:
             return
         self._pending = (wish, submit(coarser(job, wish.coarseness)))
+
+    def _finer(self, job: Job) -> int:
+        """How coarse the next picture of a view is that stands still: one step finer than what is shown of it.
+
+        With impostors there are no numbers: each picture may capture them anew.
+        """
+        if self._shown is None or self._shown.key != job.key or self._shown.coarseness > ONE_SAMPLE:
+            return ONE_SAMPLE if job.settings.shading.samples > 1 else FULL
+        if self._shown.coarseness > FULL or self._wants_more or job.impostors is not None:
+            return FULL
+        return MEASURED
+
+    def _tell(self, context: bpy.types.Context) -> None:
+        """Have the Quality panel list the numbers of the finished picture."""
+        if self._measured is None:
+            return
+        session.remember(self._measured, context.scene)
+        self._measured = None
+        for region in context.area.regions:
+            if region.type == "UI":
+                region.tag_redraw()
 
     def collect(self) -> bool:
         """Take over the picture in the making if it is done; True when there is a new one to show."""
@@ -152,7 +183,9 @@ class LiveView:
             self._image = outcome.frame.passes["combined"]
             self._shows = outcome.job.settings.shading.display, outcome.frame.plan
             self._count_repeats(wish, outcome.frame)
-            self._shown, self._texture, self.message = wish, None, ""
+            self._shown, self._drawn, self.message = wish, None, ""
+            self._outcome, self._measured = outcome, outcome if wish.coarseness == MEASURED else None
+            self._taken_from = outcome.job.camera.key, outcome.job.scene.origin_ws.tobytes()
             session.remember_impostors(outcome)
         except Cancelled:
             return False
@@ -164,12 +197,12 @@ class LiveView:
         """Do not ask for this picture again. A coarse one of the same view stays."""
         if self._shown is None or self._shown.key != wish.key:
             self._blank(message)
-        self._shown, self.message, self._wants_more = Wish(wish.key, 1), message, False
+        self._shown, self.message, self._wants_more = Wish(wish.key, MEASURED), message, False
 
     def _count_repeats(self, wish: Wish, frame: Frame) -> None:
         """Whether the view needs another picture, because it has impostors that wait; at most one for each."""
         self._repeats = self._repeats + 1 if self._shown == wish else 0
-        self._wants_more = wish.coarseness == 1 and any(r.waits for r in frame.impostors) and self._repeats < len(frame.impostors)
+        self._wants_more = wish.coarseness == FULL and any(r.waits for r in frame.impostors) and self._repeats < len(frame.impostors)
 
     @property
     def needs_redraw(self) -> bool:
@@ -180,7 +213,8 @@ class LiveView:
             return self._pending[1].done()
         if self._wants_more:
             return True
-        return self._shown is not None and self._shown.coarseness > 1 and time.monotonic() - self._moved_at >= STILL_S
+        last = FULL if self._outcome is None or self._outcome.job.impostors is not None else MEASURED
+        return self._shown is not None and self._shown.coarseness > last and time.monotonic() - self._moved_at >= STILL_S
 
     @property
     def shows(self) -> tuple[str, ShadowPlan | None]:
@@ -194,28 +228,24 @@ class LiveView:
         if not self._is_drawn_late:
             return
         gpu.state.depth_test_set("NONE")
-        with gpu.matrix.push_pop(), gpu.matrix.push_pop_projection():
-            gpu.matrix.load_identity()
-            gpu.matrix.load_projection_matrix(Matrix.Identity(4))
-            self._draw_texture("ALPHA_PREMULT", (-1, -1), 2, 2)
+        self._draw_picture(bpy.context.region_data)
 
-    def _draw_texture(self, blend: str, corner: tuple[int, int], width: int, height: int) -> None:
-        import gpu  # gpu and gpu_extras are not there without a window
-        from gpu_extras.presets import draw_texture_2d
-
+    def _draw_picture(self, rv3d: bpy.types.RegionView3D) -> None:
+        """The picture over the whole region; one of another view where it lies in space."""
         if self._image is None:
             return
-        if self._texture is None:
-            self._texture = texture_of(self._image)
-        gpu.state.blend_set(blend)
-        draw_texture_2d(self._texture, corner, width, height)
-        gpu.state.blend_set("NONE")
+        if self._drawn is None:
+            self._drawn = DrawnPicture(self._image)
+        if self._taken_from == self._camera or self._outcome.frame.view_depth is None:
+            self._drawn.draw_flat()
+        else:
+            self._drawn.draw_in_space(self._outcome, np.array(rv3d.perspective_matrix, np.float64))
 
     def close(self) -> None:
         """Give up the picture in the making and free the texture."""
         if self._pending is not None:
             self._pending[1].cancel()
-        self._pending = self._texture = self._image = None
+        self._pending = self._drawn = self._image = self._outcome = self._measured = None
         _views.discard(self)
 
 

@@ -20,7 +20,7 @@ class Frame:
     normal (h, w, 3) world, object (h, w) int32, partition (h, w) int32, aliasing (h, w, 3), and with 'texel' shadow_depth (k, N, N).
     `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the report;
     `gl` {"renderer", "version"}; `measured` the error statistics (maths.error.aliasing.aliasing_statistics).
-    `impostors` one `ImpostorReport` per impostor asked for.
+    `impostors` one `ImpostorReport` per impostor asked for. `view_depth` (h, w), 0 where nothing is seen, where the job keeps it.
     """
 
     passes: dict[str, np.ndarray]
@@ -31,6 +31,7 @@ class Frame:
     measured: dict[str, object] | None
     warnings: tuple[str, ...] = field(default=())
     impostors: tuple[ImpostorReport, ...] = field(default=())
+    view_depth: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -154,6 +154,7 @@ def _frame(
         measured,
         (*warnings, loss.warning) if loss.warning else warnings,
         impostors.reports if impostors is not None else (),
+        read_texture(device.gbuffer(job.size).view_depth) if job.keeps_depth else None,
     )
 
 

@@ -35,9 +35,12 @@ def viewport(room, monkeypatch):
             if self.error is not None:
                 raise self.error
             picture = np.full((1, 1, 4), len(self.job.scene.instances), np.float32)
-            return SimpleNamespace(job=self.job, frame=SimpleNamespace(passes={"combined": picture}, plan=None, impostors=()))
+            return SimpleNamespace(
+                job=self.job, frame=SimpleNamespace(passes={"combined": picture}, plan=None, impostors=(), view_depth=None)
+            )
 
     monkeypatch.setattr(viewport, "submit", Making)
+    monkeypatch.setattr(viewport.session, "remember", lambda outcome, scene: None)
     monkeypatch.setattr(viewport, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(viewport, "_ensure_timer", lambda: None)
     viewport.asked, viewport.clock = asked, clock
@@ -125,14 +128,15 @@ def draw(room, live, scene):
         live._scene = SimpleNamespace(job=lambda *_: empty.bounds_ws())
     else:
         live._scene = SimpleNamespace(job=lambda *_: job_of(room, scene))
-    live._look(None, None)
+    live._look(SimpleNamespace(area=SimpleNamespace(regions=[]), scene=None), None)
 
 
 def finish(room, viewport, live, scene):
-    """The picture asked for is done, and taken over by the next redraw."""
-    viewport.asked[-1].is_done = True
-    viewport.clock[0] += 0.3
-    draw(room, live, scene)
+    """The picture asked for is done, and those that are asked for then, each taken over by the next redraw."""
+    while live._pending is not None:
+        viewport.asked[-1].is_done = True
+        viewport.clock[0] += 0.3
+        draw(room, live, scene)
 
 
 def test_an_emptied_scene_shows_nothing_but_the_reason_and_a_new_model_is_shown(room, viewport, live):
@@ -217,3 +221,73 @@ def test_a_view_whose_engine_blender_has_dropped_is_not_taken_for_the_one_that_i
     assert viewport.live_view_in(region) is newer
     for view in (newer, elsewhere):
         view.close()
+
+
+def asked_for(viewport):
+    """Size, samples, and whether numbers are wanted, of the last picture asked for."""
+    job = viewport.asked[-1].job
+    return job.size, job.settings.shading.samples, job.measure
+
+
+def test_a_view_that_stands_still_gets_finer_pictures_and_at_last_its_numbers(room, viewport, live, monkeypatch):
+    told = []
+    monkeypatch.setattr(viewport.session, "remember", lambda outcome, scene: told.append(outcome.job.measure))
+    context = SimpleNamespace(area=SimpleNamespace(regions=[]), scene=None)
+    live._ask(job_of(room, field(room, 2)))
+    steps = [asked_for(viewport)]
+    for _ in range(5):
+        viewport.asked[-1].is_done = True
+        viewport.clock[0] += 0.3
+        live._ask(job_of(room, field(room, 2)))
+        live._tell(context)
+        steps.append(asked_for(viewport))
+    assert steps[:3] == [((8, 8), 1, False), ((8, 8), 4, False), ((8, 8), 4, True)]
+    assert set(steps[3:]) == {steps[2]} and told == [True]
+    assert not live.needs_redraw
+
+
+def test_a_view_that_moves_gets_coarse_pictures_then_fine_ones(room, viewport, live):
+    live._ask(job_of(room, field(room, 2)))
+    sizes = []
+    for count in (3, 4):
+        viewport.asked[-1].is_done = True
+        viewport.clock[0] += 0.01
+        live._ask(job_of(room, field(room, count)))
+        sizes.append(asked_for(viewport))
+    assert sizes == [((4, 4), 1, False)] * 2
+    viewport.asked[-1].is_done = True
+    viewport.clock[0] += 0.3
+    live._ask(job_of(room, field(room, 4)))
+    assert asked_for(viewport) == ((8, 8), 1, False)
+
+
+@pytest.mark.parametrize("is_parallel", [False, True])
+def test_a_picture_in_space_lies_where_it_was_seen(room, is_parallel):
+    """Every corner of the mesh is seen by the camera at its place in the picture; that of another view is where that view sees it."""
+    mesh_of, spaces = room("blender.reprojection").picture_mesh, room("maths.spaces")
+    camera = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0)
+    if is_parallel:
+        camera = replace(camera, clip_from_view=spaces.orthographic(4.0, 3.0, 1.0, 60.0))
+    size = (160, 120)
+    job = room("pipeline.job").Job(scenes.chair(), camera, None, room("settings.groups").Settings(), size, keeps_depth=True)
+    depth = room("studies.run").run(job).frame.view_depth
+    places, uvs, triangles = mesh_of(depth, camera, most=size[0] * size[1])
+    used = np.unique(triangles)
+    clip = np.concatenate([places[used], np.ones((len(used), 1))], axis=1) @ camera.clip_from_world.T
+    assert np.abs(0.5 * clip[:, :2] / clip[:, 3:] + 0.5 - uvs[used]).max() < 1e-6
+    seen = depth[::-1].reshape(-1)
+    assert set(np.flatnonzero(seen)) <= set(used) or np.isin(np.flatnonzero(seen), used).mean() > 0.97
+    exact = used[seen[used] > 0.0]
+    assert np.allclose(-(camera.view_from_world @ np.append(places[exact[0]], 1.0))[2], seen[exact[0]], rtol=1e-5)
+
+
+def test_the_mesh_of_a_picture_is_drawn_from_far_to_near_and_has_no_more_corners_than_allowed(room):
+    depth = np.zeros((300, 400), np.float32)
+    depth[50:250, 80:320] = np.linspace(3.0, 9.0, 240)
+    camera = scenes.look_at((7.0, -8.0, 5.0), (0.0, 0.0, 0.7), near=1.0, far=60.0)
+    places, _, triangles = room("blender.reprojection").picture_mesh(depth, camera, most=5000)
+    assert len(places) <= 5400 and len(triangles)
+    far = (-(camera.view_from_world[2, :3] @ places.T) - camera.view_from_world[2, 3])[triangles].min(axis=1)
+    assert (np.diff(far) <= 1e-4).all()
+    empty = room("blender.reprojection").picture_mesh(np.zeros((30, 40), np.float32), camera)
+    assert len(empty[2]) == 0
