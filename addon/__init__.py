@@ -27,13 +27,13 @@ def _parts() -> tuple[ModuleType, ...]:
         sun_properties,
         viewport,
     )
-    from .blender.hud import impostor_overlay, map_overlay
+    from .blender.hud import impostor_overlay, map_overlay, sun_path
     from .blender.impostors import marks
     from .cli import blender_command
 
     settings, drawn = (
         (preferences, sun_properties, section_properties, properties, marks, changes, session),
-        (map_overlay, hud, impostor_overlay),
+        (map_overlay, sun_path, hud, impostor_overlay),
     )
     return *settings, engine, viewport, operators, presets, *drawn, panels, blender_command
 

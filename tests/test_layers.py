@@ -24,9 +24,11 @@ FLOORS = {
     " redraw registering render_wish snapshot sun_turning textures < cad_import section_properties sun_hours sun_properties"
     " < inputs presets light_kind properties rendering reprojection"
     " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
+    " < inputs presets light_kind properties rendering reprojection"
+    " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
-    "addon/blender/panels": "chosen compatible layer_passes placing words < impostors < settings < quality < advice < __init__",
+    "addon/blender/panels": "chosen compatible layer_passes words < placing impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
     "addon/blender/snapshot": "cameras complaints light_links pictures random_numbers vertex_colors visibility < nodes varied"
     " < meshes shaders < lights materials world < instances < marks < reader < __init__",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from datetime import date, timedelta
 from math import degrees, pi, radians
 
@@ -11,13 +13,26 @@ from bpy.props import BoolProperty, FloatProperty, IntProperty
 from ..errors import SettingsError
 from ..maths.sun import Clock, Place, nautical_offset_h
 from ..studies.sun.days import DEFAULT_STEP_MIN, SKY_DIRECTIONS, SunSpan
-from ..studies.sun.moments import DEFAULT_STEPS
+from ..studies.sun.moments import DEFAULT_STEPS, Moment, moment
 from .redraw import on_change
+from .sun_turning import is_sun, sun_position_addon, turn
 
 
-def _hours(name: str, description: str, default: float) -> object:
+def _moved(self: CadShadowSun, context: bpy.types.Context) -> None:
+    """The sun that casts the shadows goes where place and time say, at once. With a date that does not exist it stays where it is."""
+    scene = self.id_data
+    props = scene.cad_shadow
+    sun = props.light if props.light_source == "OBJECT" else None
+    if is_sun(sun):
+        with suppress(SettingsError):  # the panel says so
+            clock, place = sky_of(self)
+            set_moment(scene, sun, self, moment(clock, place, self.hours), place)
+    on_change(self, context)
+
+
+def _hours(name: str, description: str, default: float, update: Callable = on_change) -> object:
     return FloatProperty(
-        name=name, description=description, default=default, min=0.0, max=24.0, step=25, precision=2, options=set(), update=on_change
+        name=name, description=description, default=default, min=0.0, max=24.0, step=25, precision=2, options=set(), update=update
     )
 
 
@@ -32,7 +47,7 @@ class CadShadowSun(bpy.types.PropertyGroup):
         max=90.0,
         precision=4,
         options=set(),
-        update=on_change,
+        update=_moved,
     )
     longitude: FloatProperty(
         name="Longitude",
@@ -42,7 +57,7 @@ class CadShadowSun(bpy.types.PropertyGroup):
         max=180.0,
         precision=4,
         options=set(),
-        update=on_change,
+        update=_moved,
     )
     north_offset: FloatProperty(
         name="North Offset",
@@ -52,17 +67,17 @@ class CadShadowSun(bpy.types.PropertyGroup):
         soft_min=-pi,
         soft_max=pi,
         options=set(),
-        update=on_change,
+        update=_moved,
     )
-    year: IntProperty(name="Year", description="Year of the date", default=2026, min=1, max=4000, options=set(), update=on_change)
-    month: IntProperty(name="Month", description="Month of the date", default=6, min=1, max=12, options=set(), update=on_change)
-    day: IntProperty(name="Day", description="Day of the month", default=21, min=1, max=31, options=set(), update=on_change)
-    hours: _hours("Time", "Time of the day in hours: 13.5 is half past one", 12.0)
+    year: IntProperty(name="Year", description="Year of the date", default=2026, min=1, max=4000, options=set(), update=_moved)
+    month: IntProperty(name="Month", description="Month of the date", default=6, min=1, max=12, options=set(), update=_moved)
+    day: IntProperty(name="Day", description="Day of the month", default=21, min=1, max=31, options=set(), update=_moved)
+    hours: _hours("Time", "Time of the day in hours: 13.5 is half past one. Moves the sun that casts the shadows", 12.0, _moved)
     use_utc_offset: BoolProperty(
         name="Set UTC Offset",
         description="Set the clock's distance from universal time by hand; off: the time zone that the longitude suggests, no summer time",
         options=set(),
-        update=on_change,
+        update=_moved,
     )
     utc_offset: FloatProperty(
         name="UTC Offset",
@@ -73,7 +88,7 @@ class CadShadowSun(bpy.types.PropertyGroup):
         step=50,
         precision=2,
         options=set(),
-        update=on_change,
+        update=_moved,
     )
     use_hours: BoolProperty(
         name="Set Hours",
@@ -176,6 +191,15 @@ def to_sun_position(theirs: bpy.types.PropertyGroup, props: CadShadowSun, sun: b
     for name, value in values.items():
         setattr(theirs, name, value)
     theirs.day = clock.day.day
+
+
+def set_moment(scene: bpy.types.Scene, sun: bpy.types.Object, props: CadShadowSun, now: Moment, place: Place) -> None:
+    """Move the sun to the moment."""
+    theirs = sun_position_addon(scene)
+    if theirs is None:
+        turn(sun, now, place)
+    else:
+        to_sun_position(theirs, props, sun, now.hours)
 
 
 def register() -> None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import bpy
 
 from ..blender.sun_properties import hours_of, sky_of
+from ..blender.sun_turning import turn
 from ..errors import UserError
 from ..studies.sun.moments import moments
 from .row import OperatorRow
-from .sun_object import find_or_make, turn
+from .sun_object import find_or_make
 from .ticking import refused
 
 

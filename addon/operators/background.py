@@ -17,7 +17,7 @@ from ..blender.redraw import redraw
 from ..errors import Cancelled, UserError
 from ..studies.pending import Cancels, Chained, Pending, PendingFuture, Progress
 from ..studies.run import Outcome, submit
-from .ticking import Ticking, refused, takes_operators
+from .ticking import Ticking, refused, say, takes_operators
 
 if TYPE_CHECKING:
     import numpy as np
@@ -133,7 +133,9 @@ class JobOperator(Ticking, NeedsMeshes):
     def tick(self, context: bpy.types.Context) -> set[str] | None:
         """Watch the worker."""
         if not self._pending.done():
-            context.window_manager.progress_update(100 * self._pending.progress[0])
+            fraction, stage = self._pending.progress
+            context.window_manager.progress_update(100 * fraction)
+            say(context, f"{self.bl_label}: {stage}, {fraction:.0%} · Esc stops")
             return None
         try:
             return self._done(context, self._pending.result())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -20,9 +22,10 @@ from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
 from ..scene.reading.process import shutdown
 from .row import OperatorRow
-from .ticking import Ticking, refused, takes_operators
+from .ticking import Ticking, refused, say, takes_operators
 
 POLL_S = 0.1
+MENU_TEXT = "CAD model (.step, .glb, …)"
 UNIT_TITLES = {
     "m": "Metres",
     "cm": "Centimetres",
@@ -70,6 +73,25 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
             *((axis, axis, f"{axis} of the file points up") for axis in UPS),
         ],
     )
+    scale: bpy.props.FloatProperty(
+        name="Scale",
+        description="Makes the model so many times as large; its parts get this as their scale",
+        default=1.0,
+        min=1e-6,
+        max=1e6,
+    )
+    place: bpy.props.EnumProperty(
+        name="Into",
+        default="ACTIVE",
+        description="Where the collection that every file gets is put",
+        items=[
+            ("ACTIVE", "Active Collection", "Into the collection that is active in the outliner"),
+            ("SCENE", "Scene Collection", "At the top of the outliner"),
+        ],
+    )
+    fits_view: bpy.props.BoolProperty(
+        name="Fit View", description="Move the 3D viewports so that all of the model is in sight; their direction stays", default=True
+    )
     replaces_cube: bpy.props.BoolProperty(
         name="Remove Cube",
         description="The untouched cube that Blender begins a new file with: it would stand in the middle of the model",
@@ -107,7 +129,7 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
                 return None
             if self._reading is None:
                 self._reading = Reading(self._todo.pop(0), *self._overrides())
-            _say(context, f"{self._reading.progress[1]} · Esc stops")
+            say(context, f"{self._reading.progress[1]} · Esc stops")
             self._models.append(self._reading.result(wait_s))
         except TimeoutError:
             return None
@@ -120,21 +142,22 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         """Nothing is made of what was read."""
         if self._reading is not None:
             self._reading.cancel()
-        _say(context, None)
         self.report({"INFO"}, "The import was stopped: nothing was imported.")
 
     def _made(self, context: bpy.types.Context) -> set[str]:
         """The objects of all that was read."""
-        _say(context, None)
         shutdown()
         cube = startup_cube(context.scene) if self.replaces_cube else None
-        made = [one for model in self._models if (one := self._placed(model, context.collection)) is not None]
+        parent = context.scene.collection if self.place == "SCENE" else context.collection
+        made = [one for model in self._models if (one := self._placed(model, parent)) is not None]
         if not made:
             return {"CANCELLED"}
         if cube is not None:
             bpy.data.objects.remove(cube)
-        _select(context, [collection for collection, _, _ in made])
-        _show(context, [box for _, box, _ in made])
+        collections = [collection for collection, _, _ in made]
+        first = next((ob for collection in collections for ob in collection.all_objects if ob.data is not None), None)
+        context.view_layer.objects.active = first or context.view_layer.objects.active
+        _show(context, [box * self.scale for _, box, _ in made], collections, fit=self.fits_view)
         self.report({"INFO"}, "Imported " + "; ".join(line for _, _, line in made))
         return {"FINISHED"}
 
@@ -152,6 +175,7 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
             line = f"{collection.name}: {len(collection.all_objects):,} objects, {_size(box)} m"
         for warning in warnings:
             self.report({"WARNING"}, warning)
+        _scale(collection, self.scale)
         return collection, box, line
 
     def _overrides(self) -> tuple[str | None, str | None]:
@@ -175,33 +199,41 @@ def startup_cube(scene: bpy.types.Scene) -> bpy.types.Object | None:
     return cube if is_there and (np.abs(corners) == 1.0).all() else None
 
 
-def _say(context: bpy.types.Context, line: str | None) -> None:
-    """A line in the status bar; None gives it back to Blender."""
-    if context.workspace is not None:
-        context.workspace.status_text_set(line)
-
-
-def _select(context: bpy.types.Context, collections: list[bpy.types.Collection]) -> None:
-    for ob in context.selected_objects:
-        ob.select_set(False)
-    objects = [ob for collection in collections for ob in collection.all_objects]
+def _scale(collection: bpy.types.Collection, factor: float) -> None:
+    """Make what lies in the collection so many times as large, about the world's origin."""
+    objects = set(collection.all_objects)
     for ob in objects:
-        ob.select_set(True)
-    context.view_layer.objects.active = next((ob for ob in objects if ob.data is not None), None)
+        if factor != 1.0 and ob.parent not in objects:
+            ob.matrix_basis = Matrix.Scale(factor, 4) @ ob.matrix_basis
 
 
-def _show(context: bpy.types.Context, bounds: list[np.ndarray]) -> None:
-    """Turn no view, but move each 3D viewport of the window to what was imported, and let it see that far and that near."""
+def _show(context: bpy.types.Context, bounds: list[np.ndarray], made: list[bpy.types.Collection], *, fit: bool) -> None:
+    """Turn no view, but let each 3D viewport of the window see that far and that near, and, to `fit`, move it to what was imported."""
     if context.window is None or bpy.app.background:
         return
     low, high = np.min([b[0] for b in bounds], axis=0), np.max([b[1] for b in bounds], axis=0)
     size = float(np.linalg.norm(high - low))
-    for area in context.window.screen.areas:
-        if area.type == "VIEW_3D":
-            clip_range.fit(context.window.screen, area.spaces.active, size)
-            region = next(r for r in area.regions if r.type == "WINDOW")
-            with context.temp_override(area=area, region=region):
-                bpy.ops.view3d.view_selected()
+    with _only_selected(context, made):
+        for area in context.window.screen.areas:
+            if area.type == "VIEW_3D":
+                clip_range.fit(context.window.screen, area.spaces.active, size)
+                region = next(r for r in area.regions if r.type == "WINDOW")
+                if fit:
+                    with context.temp_override(area=area, region=region):
+                        bpy.ops.view3d.view_selected()
+
+
+@contextmanager
+def _only_selected(context: bpy.types.Context, collections: list[bpy.types.Collection]) -> Iterator[None]:
+    """While this lasts what lies in the collections is selected; then what was before."""
+    before, objects = list(context.selected_objects), {ob for collection in collections for ob in collection.all_objects}
+    for ob in context.view_layer.objects:
+        ob.select_set(ob in objects)
+    try:
+        yield
+    finally:
+        for ob in context.view_layer.objects:
+            ob.select_set(ob in before)
 
 
 def _summary(model: CadModel) -> str:
@@ -219,7 +251,7 @@ class CAD_SHADOW_FH_import_cad(bpy.types.FileHandler):
     """CAD files may be dropped"""
 
     bl_idname = "CAD_SHADOW_FH_import_cad"
-    bl_label = "CAD (Shadow Preview)"
+    bl_label = "CAD Model: Parts, Colors, True Units"
     bl_import_operator = CAD_SHADOW_OT_import_cad.bl_idname
     bl_file_extensions = ";".join(SUFFIXES)
 
@@ -231,7 +263,7 @@ class CAD_SHADOW_FH_import_cad(bpy.types.FileHandler):
 
 def draw_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     """The entry in File > Import."""
-    self.layout.operator(CAD_SHADOW_OT_import_cad.bl_idname, text=f"CAD: {said()}")
+    self.layout.operator(CAD_SHADOW_OT_import_cad.bl_idname, text=MENU_TEXT)
 
 
 ROW = OperatorRow("import_cad", 410, (CAD_SHADOW_OT_import_cad, CAD_SHADOW_FH_import_cad), entries=(("TOPBAR_MT_file_import", draw_menu),))

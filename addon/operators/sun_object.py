@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from math import pi
-
 import bpy
-from mathutils import Euler, Matrix
 
-from ..blender.sun_properties import CadShadowSun, to_sun_position
+from ..blender.sun_properties import CadShadowSun, set_moment
+from ..blender.sun_turning import is_sun
 from ..maths.sun import Place
 from ..studies.sun.moments import Moment
 
@@ -28,28 +26,7 @@ def find_or_make(context: bpy.types.Context) -> bpy.types.Object:
     return sun
 
 
-def is_sun(ob: bpy.types.Object | None) -> bool:
-    """True for an object that is a sun light."""
-    return ob is not None and ob.type == "LIGHT" and ob.data.type == "SUN"
-
-
-def sun_position_addon(scene: bpy.types.Scene) -> bpy.types.PropertyGroup | None:
-    """The properties of Blender's Sun Position add-on, None where it is not enabled."""
-    return getattr(scene, "sun_pos_properties", None)
-
-
-def turn(sun: bpy.types.Object, moment: Moment, place: Place) -> None:
-    """Turn the sun so that its light comes from the moment's direction; where it stands does not matter and is kept."""
-    compass = moment.azimuth_rad + place.north_offset_rad
-    rotation = Euler((moment.elevation_rad - pi / 2, 0.0, -compass)).to_matrix().to_4x4()
-    sun.matrix_world = Matrix.Translation(sun.matrix_world.translation) @ rotation
-
-
 def put(context: bpy.types.Context, sun: bpy.types.Object, props: CadShadowSun, moment: Moment, place: Place) -> None:
     """Move the sun to the moment."""
-    theirs = sun_position_addon(context.scene)
-    if theirs is None:
-        turn(sun, moment, place)
-    else:
-        to_sun_position(theirs, props, sun, moment.hours)
+    set_moment(context.scene, sun, props, moment, place)
     context.view_layer.update()

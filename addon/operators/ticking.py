@@ -35,6 +35,12 @@ def takes_operators(window: bpy.types.Window | None) -> bool:
         return False
 
 
+def say(context: bpy.types.Context, line: str | None) -> None:
+    """A line in the status bar; None gives it back to Blender."""
+    if context.workspace is not None:
+        context.workspace.status_text_set(line)
+
+
 def refused(operator: bpy.types.Operator, error: UserError) -> set[str]:
     """Tell the user why nothing came of it."""
     log.info("%s: %s", operator.bl_idname, error)
@@ -83,4 +89,5 @@ class Ticking:
             return
         _running.remove(self)
         context.window_manager.progress_end()
+        say(context, None)
         context.window_manager.event_timer_remove(self._timer)

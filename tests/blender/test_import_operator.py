@@ -22,7 +22,29 @@ def test_the_operator_imports_what_it_can_and_names_what_it_cannot(tmp_path, ble
     with pytest.raises(RuntimeError, match="bad.stl"):
         blend.ops.cad_shadow.import_cad(directory=str(tmp_path), files=[{"name": "bad.stl"}, {"name": "good.obj"}])
     assert [c.name for c in blend.context.scene.collection.children] == ["good"]
-    assert [ob.name for ob in blend.context.selected_objects] == ["good"] and blend.context.object.name == "good"
+    assert blend.context.object.name == "good"
+
+
+def test_an_import_selects_nothing_and_keeps_what_was_selected(tmp_path, blend):
+    box(tmp_path)
+    other = blend.data.objects.new("other", None)
+    blend.context.scene.collection.objects.link(other)
+    other.select_set(True)
+    blend.ops.cad_shadow.import_cad(filepath=str(tmp_path / "good.obj"))
+    assert blend.context.selected_objects == [other]
+
+
+def test_an_import_is_as_large_and_where_it_is_asked_to_be(tmp_path, blend):
+    box(tmp_path)
+    inner = blend.data.collections.new("inner")
+    blend.context.scene.collection.children.link(inner)
+    blend.context.view_layer.active_layer_collection = blend.context.view_layer.layer_collection.children["inner"]
+    for place, parent in (("ACTIVE", inner), ("SCENE", blend.context.scene.collection)):
+        before = set(parent.children)
+        blend.ops.cad_shadow.import_cad(filepath=str(tmp_path / "good.obj"), up="Z", scale=2.5, place=place)
+        (made,) = set(parent.children) - before
+        blend.context.view_layer.update()
+        assert np.allclose(made.all_objects[0].dimensions, (5.0, 10.0, 15.0))
 
 
 def test_a_folder_without_a_file_is_not_called_a_file(tmp_path, blend):

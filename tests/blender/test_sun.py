@@ -198,3 +198,35 @@ def test_helpers_are_grey_and_say_why(blend):
 def test_what_changes_data_can_be_undone(blend):
     for name in ("fit_clip", "frame_camera", "place_sun", "animate_sun"):
         assert "UNDO" in getattr(blend.types, f"CAD_SHADOW_OT_{name}").bl_options
+
+
+def test_a_change_of_time_or_place_moves_the_sun_at_once(blend):
+    blend.ops.cad_shadow.place_sun()
+    props, sun = blend.context.scene.cad_shadow, blend.context.scene.cad_shadow.light
+    was = sun.matrix_world.copy()
+    for name, value in (("hours", 15.5), ("latitude", 10.0), ("month", 1)):
+        setattr(props.sun, name, value)
+        assert sun.matrix_world != was, name
+        was = sun.matrix_world.copy()
+    placed = sun.matrix_world.to_3x3().col[2].copy()
+    blend.ops.cad_shadow.place_sun()
+    assert (sun.matrix_world.to_3x3().col[2] - placed).length < 1e-5
+    props.sun.month = 2
+    placed = sun.matrix_world.to_3x3().col[2].copy()
+    props.sun.day = 31
+    assert (sun.matrix_world.to_3x3().col[2] - placed).length < 1e-5, "a day that does not exist moved it"
+    props.light_source = "AUTOMATIC"
+    props.sun.day = 3
+    assert (sun.matrix_world.to_3x3().col[2] - placed).length < 1e-5, "a sun that is not the chosen light moved"
+
+
+def test_the_suns_path_rises_in_the_east_and_is_highest_in_the_south(room):
+    maths, path = room("maths.sun"), room("blender.hud.sun_path")
+    from datetime import date
+
+    found = path.path_of(maths.Clock(date(2026, 6, 21), 2.0), maths.Place(1.0, 0.2), 12.0)
+    way = found["path"].reshape(-1, 3)
+    assert np.allclose(np.linalg.norm(way, axis=1), 1.0) and (way[:, 2] > -0.02).all()
+    assert way[0, 0] > 0.5 and way[-1, 0] < -0.5 and way[way[:, 2].argmax(), 1] < -0.3
+    assert 14 <= len(found["hours"]) <= 19 and len(found["now"]) == 1
+    assert len(path.path_of(maths.Clock(date(2026, 6, 21), 2.0), maths.Place(1.0, 0.2), 1.0)["now"]) == 0

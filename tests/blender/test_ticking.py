@@ -21,7 +21,7 @@ def window():
         progress_end=lambda: log.remove("progress"),
         modal_handler_add=lambda _operator: None,
     )
-    return SimpleNamespace(window_manager=manager, window=object(), screen=None), log
+    return SimpleNamespace(window_manager=manager, window=object(), screen=None, workspace=None), log
 
 
 @pytest.fixture
@@ -173,3 +173,21 @@ def test_no_operator_goes_on_in_a_window_that_would_crash(room, modal, takes):
     takes_operators = room("operators.ticking").takes_operators
     assert takes_operators(SimpleNamespace(modal_operators=modal)) is takes
     assert not takes_operators(None)
+
+
+def test_the_status_bar_says_what_is_at_work_and_is_given_back(window, operator, extension):
+    background, said = importlib.import_module(f"{extension.__name__}.operators.background"), []
+    context, _ = window
+    context.workspace = SimpleNamespace(status_text_set=said.append)
+    context.window_manager.progress_update = lambda _percent: None
+
+    class Work(background.JobOperator):
+        bl_label = "CAD Shadow Preview"
+        _pending = SimpleNamespace(done=lambda: False, progress=(0.4, "shade"), cancel=lambda: None)
+
+    work = Work()
+    work.begin(context)
+    assert work.modal(context, TICK) == {"RUNNING_MODAL"}
+    assert said == ["CAD Shadow Preview: shade, 40% · Esc stops"]
+    work.modal(context, ESC)
+    assert said[-1] is None

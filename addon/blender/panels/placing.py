@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import bpy
 
+from ...errors import SettingsError
+from ..sun_properties import sky_of
+from .words import paragraph
+
 
 def draw_camera(self: bpy.types.Panel, _context: bpy.types.Context) -> None:
     """Helpers for the scene's camera."""
@@ -20,6 +24,11 @@ def draw_sun(self: bpy.types.Panel, context: bpy.types.Context) -> None:
         column = layout.column(align=True)
         for name in names:
             column.prop(sun, name)
+    try:
+        sky_of(sun)
+    except SettingsError as error:
+        paragraph(layout, context, str(error), "ERROR")
+    layout.prop(context.window_manager, "cad_shadow_sun_path")
     row = layout.row(heading="UTC Offset")
     row.prop(sun, "use_utc_offset", text="")
     value = row.row()
