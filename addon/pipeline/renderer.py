@@ -25,6 +25,7 @@ from .gl.allocation import check_memory
 from .gl.context import GpuWorker, shared_worker
 from .gl.gl_raw import finish
 from .gl.machine import check_picture
+from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame, library_of
 from .job import Job
 from .many_lights import sources_of

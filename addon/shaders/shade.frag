@@ -125,7 +125,7 @@ void main() {
 #if SUMS
     float facing = falloff * max(dot(geometric, light_ws), 0.0);
     out_shares = vec4(0.0);
-    add_arriving(light * facing, facing);
+    add_arriving((DISPLAY == 1 ? light : at_place) * facing, facing);
 #endif
 #if GROUND
     if (has_role(info, GROUND)) {

@@ -135,7 +135,7 @@ class ShadePass:
         is_sum: bool,
         has_sky: bool,
     ) -> moderngl.Program:
-        """The program with what this picture needs compiled in. Of what is summed only the very place of a sample is asked: soft as it is."""
+        """The program with what this picture needs compiled in. The edges of soft shadows need no smoothing."""
         return self._programs.get(
             "fullscreen.vert",
             "shade.frag",
@@ -153,7 +153,7 @@ class ShadePass:
             **FOLLOWED,
             LOOKS=draw_list.looks() is not None,
             GROUND=GROUND if draw_list.scene.ground is not None else 0,
-            **shadow_defines(replace(settings.test, smoothing=1) if is_sum else settings.test),
+            **shadow_defines(replace(settings.test, smoothing=1) if is_sum and settings.lights.samples else settings.test),
         )
 
     def _add(self, sums: LightSums, gbuffer: GBuffer, program: moderngl.Program, everywhere: bool) -> None:
