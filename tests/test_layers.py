@@ -24,8 +24,6 @@ FLOORS = {
     " redraw registering render_wish snapshot sun_turning textures < cad_import section_properties sun_hours sun_properties"
     " < inputs presets light_kind properties rendering reprojection"
     " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
-    " < inputs presets light_kind properties rendering reprojection"
-    " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "chosen compatible layer_passes words < placing impostors < settings < quality < advice < __init__",
