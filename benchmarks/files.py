@@ -171,12 +171,21 @@ def one(reader: str, path: Path) -> dict:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     seconds = []
     for _ in range(TIMES):
+        _empty(reader)
         start = time.process_time()
         _read_only(reader, path)
         seconds.append(time.process_time() - start)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     found = globals()[reader](path)
     return {**asdict(found), "seconds": min(seconds), "mib": (peak - before) / 1024.0, "colors": [], "names": len(found.names)}
+
+
+def _empty(reader: str) -> None:
+    """Let Blender have nothing of the reading before."""
+    if reader != "trimesh":
+        import bpy
+
+        bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
 def _read_only(reader: str, path: Path) -> None:
@@ -188,7 +197,6 @@ def _read_only(reader: str, path: Path) -> None:
         return
     import bpy
 
-    bpy.ops.wm.read_factory_settings(use_empty=True)
     if reader == "ours":
         from addon.blender.cad_import import to_blender
         from addon.scene import cad

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TextIO
 
 from ..errors import UserError
+from ..scene.cad.formats import BY_SUFFIX
 from ..scene.plain_text import shown, shown_name
+from ..scene.reading.process import prepare
 from ..scene.user_files import note
 from ..studies import stopping
 from ..studies.outputs import check_target, claim, recorded
@@ -20,6 +22,7 @@ from .batch.items import Item, items_of
 from .batch.progress import Progress
 from .batch.stamp import KEY, done_before, request_digest
 from .batch.workers import Answer, answers, serve
+from .shared_arguments import limits_of
 
 LONGEST = 300
 UNCHANGED = "done before, unchanged"
@@ -90,6 +93,8 @@ def _work(args: argparse.Namespace, todo: list[Item], attached: Attached) -> Ite
     if args.jobs > 1 and len(todo) > 1:
         yield from answers(todo, args.argv, args.jobs)
     elif todo:
+        if Path(todo[0].source or "").suffix.lower() in BY_SUFFIX:
+            prepare(limits_of(args))  # while Blender starts
         from .run import answers_here  # imports Blender, which talks
 
         with attached():

@@ -25,6 +25,7 @@ from .batch.stamp import companions_of, request_digest, stamp_of, stamped
 from .batch.workers import Answer
 from .commands import COMMANDS
 from .settings_file import chosen_settings, idle_options
+from .shared_arguments import limits_of
 
 
 def answers_here(items: list[Item], args: argparse.Namespace) -> Iterator[tuple[Item, Answer]]:
@@ -57,7 +58,7 @@ def one(item: Item, args: argparse.Namespace) -> Answer:
 def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted: dict[Key, Noted], files: list[Path]) -> Answer:
     """Open, render, write, report; `settings` gets those that are used as soon as they are known."""
     stamp = _stamp(item, args)
-    limits.choose(_limits(args))
+    limits.choose(limits_of(args))
     scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
     scene = activated(scene, args.scene)
     stopping.check()
@@ -70,12 +71,6 @@ def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted:
     if stamp is None:
         return report, line
     return _stamped(report, {**stamp, "companions": companions_of(item, noted)}, files, item, args), line
-
-
-def _limits(args: argparse.Namespace) -> limits.Limits:
-    """What reading a CAD file may cost, as the options say."""
-    asked = {"seconds": args.limit_seconds, "memory_mib": args.limit_memory}
-    return limits.Limits(**{name: value for name, value in asked.items() if value is not None})
 
 
 def _stamp(item: Item, args: argparse.Namespace) -> dict[str, object] | None:

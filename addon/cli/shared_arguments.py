@@ -250,3 +250,9 @@ def add_preset(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"colors, ambient light, edges and ground at once, over the scene's: {', '.join(LOOKS)}",
     )
+
+
+def limits_of(args: argparse.Namespace) -> Limits:
+    """What reading a CAD file may cost, as the options say."""
+    asked = {"seconds": args.limit_seconds, "memory_mib": args.limit_memory}
+    return Limits(**{name: value for name, value in asked.items() if value is not None})

@@ -20,7 +20,8 @@ from ..scene.cad.sniff import checked_path
 from ..scene.cad.units import METRES_PER_UNIT, UPS
 from ..scene.cad_model import CadModel
 from ..scene.reading.apart import Reading
-from ..scene.reading.process import shutdown
+from ..scene.reading.limits import chosen
+from ..scene.reading.process import prepare, shutdown
 from .row import OperatorRow
 from .ticking import Ticking, refused, say, takes_operators
 
@@ -102,6 +103,7 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         """The file browser; for dropped files only the options. Offers to remove the start-up cube where there is one."""
         self.replaces_cube = startup_cube(context.scene) is not None
         self._is_asked_in_a_window = True
+        prepare(chosen())  # while the user chooses
         return self.invoke_popup(context) if self.directory and self.files else ImportHelper.invoke(self, context, event)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
@@ -139,7 +141,10 @@ class CAD_SHADOW_OT_import_cad(Ticking, ImportHelper, bpy.types.Operator):
         return None
 
     def give_up(self, context: bpy.types.Context) -> None:
-        """Nothing is made of what was read."""
+        """Nothing is made of what was read, or the file browser was closed."""
+        shutdown()
+        if getattr(self, "_todo", None) is None:
+            return
         if self._reading is not None:
             self._reading.cancel()
         self.report({"INFO"}, "The import was stopped: nothing was imported.")

@@ -17,7 +17,7 @@ from addon.errors import CadFileError, Cancelled
 from addon.scene import cad
 from addon.scene.cad_model import CadMaterial, CadMesh, CadModel, CadPart
 from addon.scene.child_python import EXTENSION
-from addon.scene.reading import wire
+from addon.scene.reading import process, wire
 from addon.scene.reading.apart import Reading, read
 from addon.scene.reading.limits import TOO_MUCH, Limits, memory_bytes
 from addon.scene.reading.process import shutdown
@@ -126,6 +126,16 @@ def test_one_process_reads_file_after_file(body):
     second = Reading(body)
     second.result(60.0)
     assert second._process is first._process and second._process.is_alive
+
+
+def test_a_process_that_was_prepared_is_the_one_that_reads(body):
+    shutdown()
+    process.prepare(Limits(60))
+    process.prepare(Limits(60))
+    (prepared,) = process._kept
+    assert Reading(body, limits=Limits(60)).result(60).triangle_count > 0
+    assert process._kept == [prepared]
+    shutdown()
 
 
 @posix

@@ -86,6 +86,13 @@ def shutdown() -> None:
         process.end()
 
 
+def prepare(limits: Limits) -> None:
+    """Start the process that will be asked next, so that it gets ready meanwhile. Where none can be started the one who asks is told."""
+    with _lock, suppress(OSError):
+        if not _kept:
+            _kept.append(ReaderProcess(limits))
+
+
 def taken(limits: Limits) -> ReaderProcess:
     """The process that was kept, if its limits are these, else a new one."""
     with _lock:
