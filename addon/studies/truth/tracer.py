@@ -121,6 +121,15 @@ class TruthTracer:
         object_id[seen] = self.triangles.object_id[triangle[seen]]
         return Truth(depth, object_id, triangle, point, normal, facing, lit_facing, lit)
 
+    def reached(self, points_ws: np.ndarray, normals_ws: np.ndarray, towards_ws: np.ndarray, noise_m: float) -> np.ndarray:
+        """(P,) whether light from the unit direction (3,) reaches places (P, 3) on surfaces, on the side of their unit normals (P, 3);
+        `noise_m` metres are no distance."""
+        reached = normals_ws @ towards_ws > LEAST_FACING
+        count = int(reached.sum())
+        light = np.broadcast_to(towards_ws, (count, 3)), np.full(count, np.inf)
+        reached[reached] = ~self._blocked(points_ws[reached], normals_ws[reached], np.full(count, noise_m), *light)
+        return reached
+
     def _nearest(self, origins: np.ndarray, directions: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The first triangle on each ray as far as float32 can tell (−1: none), and its distance."""
         return self._backend.nearest(origins - self.triangles.anchor_ws, directions, limits)
