@@ -77,7 +77,9 @@ def main() -> None:
     args = parser.parse_args()
     lights = suns(SunSpan(Clock(DAY, 1.0), DAY, args.step), PLACE)
     print(f"{len(lights)} suns, {POINTS} places a model\n")
-    print("| Model | Triangles | Map | Within a step, % | Mean off, min | Most, min | Seconds |\n| --- | --- | --- | --- | --- | --- | --- |")
+    print(
+        "| Model | Triangles | Map | Within a step, % | Mean off, min | Most, min | Seconds |\n| --- | --- | --- | --- | --- | --- | --- |"
+    )
     for name in args.models:
         print(*rows_of(name, lights, args.sizes), sep="\n", flush=True)
 
