@@ -106,7 +106,7 @@ class _Tree:
         raw, name, matrix = self._raw, self._name(node, number), _matrix(node)
         if parent < 0 and "CESIUM_RTC" in self._document.header.get("extensions", {}):
             matrix = _moved(self._document.header["extensions"]["CESIUM_RTC"]["center"], matrix)
-        mesh = self._mesh(node["mesh"]) if "mesh" in node else None
+        mesh = self._mesh(node["mesh"], node.get("weights")) if "mesh" in node else None
         instances = node.get("extensions", {}).get(INSTANCING) if mesh is not None else None
         items, index = list(self._items(node)), len(raw.nodes)
         own_item = items.pop(0) if items and mesh is None else None
@@ -124,13 +124,16 @@ class _Tree:
         if "camera" in node:
             yield picked(self._cameras, node["camera"], "camera")
 
-    def _mesh(self, number: int) -> int:
-        """The key of a mesh in the file; its pieces are read when it is first used."""
-        if number not in self._raw.meshes:
-            mesh = self._document.entry("meshes", number)
+    def _mesh(self, number: int, weights: list[float] | None) -> object:
+        """The key of a mesh with the morph weights of its node, else its own; its pieces are read when it is first used."""
+        mesh = self._document.entry("meshes", number)
+        own = [float(weight) for weight in mesh.get("weights", ())]
+        chosen = own if weights is None else [float(weight) for weight in weights]
+        key = number if chosen == own else (number, *chosen)
+        if key not in self._raw.meshes:
             name = mesh.get("name") or f"Mesh {number}"
-            self._raw.meshes[number] = (name, self._primitives.pieces(mesh, name))
-        return number
+            self._raw.meshes[key] = (name, self._primitives.pieces(mesh, name, chosen))
+        return key
 
     def _instances(self, extension: dict) -> np.ndarray:
         """(N, 4, 4) the placements of EXT_mesh_gpu_instancing."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from . import draco
@@ -21,23 +23,23 @@ class Primitives:
         self._document, self._textures, self._losses = document, textures, losses
         self._made: dict[tuple, RawPiece | None] = {}
 
-    def pieces(self, mesh: dict, name: str) -> list[RawPiece]:
-        """The pieces of a mesh that have triangles; lines and points are noted as lost."""
-        found = (self._piece(primitive, mesh, name) for primitive in mesh.get("primitives", ()))
+    def pieces(self, mesh: dict, name: str, weights: Sequence[float]) -> list[RawPiece]:
+        """The pieces of a mesh that have triangles, with its morph targets by these weights; lines and points are noted as lost."""
+        found = (self._piece(primitive, weights, name) for primitive in mesh.get("primitives", ()))
         return [piece for piece in found if piece is not None]
 
-    def _piece(self, primitive: dict, mesh: dict, name: str) -> RawPiece | None:
+    def _piece(self, primitive: dict, weights: Sequence[float], name: str) -> RawPiece | None:
         mode, attributes = primitive.get("mode", TRIANGLES), primitive.get("attributes", {})
         if mode < TRIANGLES or "POSITION" not in attributes:
             self._losses.add("cloud{s} of points" if mode == POINTS else "set{s} of lines", name)
             return None
-        targets = primitive.get("targets", []) if any(mesh.get("weights", ())) else []
+        targets = list(zip(weights, primitive.get("targets", []), strict=False)) if any(weights) else []
         packed = primitive.get("extensions", {}).get(DRACO)
         key = (mode, primitive.get("indices"), primitive.get("material"), tuple(sorted(attributes.items())), repr(targets), repr(packed))
         if key not in self._made:
             is_decoded = packed is not None and self._decode(packed, primitive, attributes)
             mode = TRIANGLES if is_decoded else mode
-            self._made[key] = self._read(primitive, mode, attributes, list(zip(mesh.get("weights", ()), targets, strict=False)))
+            self._made[key] = self._read(primitive, mode, attributes, targets)
         return self._made[key]
 
     def _decode(self, packed: dict, primitive: dict, attributes: dict) -> bool:

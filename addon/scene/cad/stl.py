@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,13 +44,14 @@ def _is_text(data: bytes) -> bool:
 
 def _text_pieces(data: bytes, path: Path, raw: RawFile) -> Iterator[tuple[str, RawPiece]]:
     """The name and the triangles of each solid; `endsolid` may be missing."""
-    words = Words(with_points(data, path.name, raw.warnings) if b"," in data else data)
+    words = Words(data)
+    read = partial(_numbers, words, path, raw)
     is_corner, is_end = words.are(b"vertex"), words.are(b"endloop")
     begins = [match for at in words.starts[words.are(b"solid")].tolist() if (match := SOLID.match(data, _line_of(data, at - 1)))]
     ends = [match.start() for match in begins[1:]] + [len(data)]
     for match, end in zip(begins, ends, strict=True):
         first, last = np.searchsorted(words.starts, [match.end() + 1, end + 1])
-        yield text_of(match[1].strip()), _text_piece(words, first + np.flatnonzero(is_corner[first:last]), is_end[first:last], first)
+        yield text_of(match[1].strip()), _text_piece(words, read, first + np.flatnonzero(is_corner[first:last]), is_end[first:last], first)
 
 
 def _line_of(data: bytes, at: int) -> int:
@@ -57,10 +59,21 @@ def _line_of(data: bytes, at: int) -> int:
     return max(data.rfind(b"\n", 0, at), data.rfind(b"\r", 0, at)) + 1
 
 
-def _text_piece(words: Words, corners: np.ndarray, is_end: np.ndarray, first: int) -> RawPiece:
+def _numbers(words: Words, path: Path, raw: RawFile, chosen: np.ndarray) -> np.ndarray:
+    """The numbers that the chosen words are, with decimal points or commas."""
+    try:
+        return words.numbers(chosen)
+    except ValueError:
+        text = b" ".join(words.raw[at : at + size].tobytes() for at, size in zip(words.starts[chosen], words.lengths[chosen], strict=True))
+        if b"," not in text:
+            raise
+        return Words(with_points(text, path.name, raw.warnings)).numbers()
+
+
+def _text_piece(words: Words, read: Callable[[np.ndarray], np.ndarray], corners: np.ndarray, is_end: np.ndarray, first: int) -> RawPiece:
     """The triangles on these corners, places of words; `is_end` which of the words from `first` on end a loop."""
     corners = corners[corners + 3 < len(words.starts)]
-    points = words.numbers((corners[:, None] + [1, 2, 3]).ravel()).reshape(-1, 3)
+    points = read((corners[:, None] + [1, 2, 3]).ravel()).reshape(-1, 3)
     ends = first + np.flatnonzero(is_end)
     if 3 * len(ends) == len(points):
         return RawPiece(points, np.arange(len(points)).reshape(-1, 3))
