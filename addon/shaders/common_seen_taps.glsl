@@ -19,16 +19,16 @@ float highest_round(Receiver r, vec2 texel) {
 
 // Whether what shades the place stands between it and the eye, and is too thin for any pixel's centre to show: whether the view's ray from the
 // place meets a surface that the map knows. Below that meeting the ray lies under what the map holds, above it over it: the height is found
-// by bisection. Where the two never agree the ray only leaves a shadow; what rises less than a texel is long is not told from the plane.
+// by bisection. Where the two never agree the ray only leaves a shadow; what rises less than a quarter of a texel is not told from the plane.
 bool is_covered(Receiver r, vec2 step, vec3 offset) {
     vec3 place = r.position_ws + offset;
     vec4 h = u_pixel_from_world * vec4(place, 1.0);
     vec3 to_eye = -(u_along_from_pixel * vec3(h.xy / h.w, 1.0));
     float rise = dot(r.normal_ws, to_eye), room = footprint_m(r), height = highest_round(r, r.texel + step), under = 0.0, over = -1.0;
-    for (int i = 0; i < MOST_COVERED && height > room && rise > 0.0; ++i) {
+    for (int i = 0; i < MOST_COVERED && height > 0.25 * room && rise > 0.0; ++i) {
         vec4 q = project(r.map, place + to_eye * (height / rise));
         float next = height_in(r, ivec2(floor((q.xy * 0.5 + 0.5) * u_map_size)));
-        if (abs(next - height) < room) return true;
+        if (next > 0.25 * room && abs(next - height) < 2.0 * room) return true;
         if (next > height) under = height;
         else over = height;
         height = over < 0.0 ? next : 0.5 * (under + over);

@@ -23,6 +23,11 @@ FILTERS = (
     {"pcf": 9, "depths": 3},
 )
 
+PIXEL_FILTERS = (
+    {"pcf": 16, "filter_unit": "pixel", "filter_width": 1.0},
+    {"pcf": 9, "filter_unit": "pixel", "filter_width": 3.0},
+)
+
 
 @cache
 def room():
@@ -42,9 +47,9 @@ def kept_away(mask, radius):
     return ~np.lib.stride_tricks.sliding_window_view(padded, (2 * radius + 1, 2 * radius + 1)).any(axis=(2, 3))
 
 
-def lit_and_shown(renderer, kind, filtered, size):
+def lit_and_shown(renderer, kind, filtered, size, scene):
     """Where all is lit for as far as the filter reaches (h, w), and the light shown; truth by rays."""
-    scene, light = room(), BEHIND_THE_VIEWER
+    light = BEHIND_THE_VIEWER
     chosen = Settings().replaced(partition={"kind": "none"}, fit={"size": size}, test={"kind": kind, **filtered})
     frame = run(Job(scene, CAMERA, light, chosen, SIZE, ("shadow", "object")), on=renderer).frame
     points, normals, objects = oracle.surface_points(scene, CAMERA, SIZE)
@@ -60,7 +65,7 @@ def test_a_filter_darkens_nothing_that_is_lit_as_far_as_it_reaches(renderer, kin
     if kind == "triangle" and "depths" in filtered:
         pytest.skip("the exact test has no depths")
     for size in (256, 1024):
-        clear, shown = lit_and_shown(renderer, kind, filtered, size)
+        clear, shown = lit_and_shown(renderer, kind, filtered, size, room())
         assert clear.sum() > 3000
         assert (shown[clear] < 0.9).mean() <= 1e-4, (size, (shown[clear] < 0.9).mean())
 
@@ -132,6 +137,16 @@ def test_data_passes_are_tested_at_pixel_centres_whatever_the_smoothing(renderer
         chosen = Settings().replaced(fit={"size": 256}, shading={"samples": samples})
         shown = run(Job(room(), CAMERA, BEHIND_THE_VIEWER, chosen, SIZE, passes), on=renderer).frame.passes["shadow"]
         assert set(np.unique(shown)) == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("kind", TESTS)
+@pytest.mark.parametrize("filtered", PIXEL_FILTERS, ids=lambda f: f"{f['pcf']}-{f['filter_width']:g}px")
+def test_beside_bars_that_pass_between_the_centres_of_pixels_hardly_a_pixel_is_darkened(renderer, kind, filtered):
+    """What the bars shade they hide from the eye, most of them too thin for a pixel to show: else a tenth of the floor."""
+    bars = [scenes.box((-3.0, y, 0.0), (3.0, y + 0.012, 0.03)) for y in np.linspace(-1.8, 2.0, 14)]
+    clear, shown = lit_and_shown(renderer, kind, filtered, 2048, scenes.scene_of(scenes.floor(4.0), *bars))
+    assert clear.sum() > 3000
+    assert (shown[clear] < 0.9).mean() <= 5e-4, (shown[clear] < 0.9).mean()
 
 
 @pytest.mark.parametrize("kind", TESTS)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from addon.maths.spaces import orthographic
-from addon.pipeline import renderer as pipeline
+from addon.pipeline import shading, stages
 from addon.pipeline.job import Job
 from addon.pipeline.passes.samples import grid_side, moved, pictures, regular_grid
 from addon.settings.groups import Settings
@@ -72,7 +72,7 @@ def test_one_picture_of_the_samples_is_the_mean_of_a_picture_a_sample(renderer, 
     chosen = Settings().replaced(fit={"size": 128}).replaced(**more).replaced(shading={"samples": 4})
     job = Job(scenes.staircase(), camera, scenes.sun(40.0), chosen, SIZE)
     one = run(job, on=renderer).frame.passes["combined"]
-    monkeypatch.setattr(pipeline, "spare_bytes", lambda *_: 0)
+    monkeypatch.setattr(shading, "spare_bytes", lambda *_: 0)
     each = run(job, on=renderer).frame.passes["combined"]
     assert np.mean(np.abs(one - each).max(axis=-1) > 2e-3) < 0.02
     assert abs(float(one.mean() - each.mean())) < 1e-4
@@ -81,8 +81,8 @@ def test_one_picture_of_the_samples_is_the_mean_of_a_picture_a_sample(renderer, 
 @pytest.mark.parametrize("samples", [1, 4])
 def test_asked_again_with_the_same_surfaces_nothing_is_drawn_but_light(renderer, monkeypatch, samples):
     drawn = []
-    draw = pipeline.draw_gbuffer
-    monkeypatch.setattr(pipeline, "draw_gbuffer", lambda *a: (drawn.append(a[2].size), draw(*a))[1])
+    draw = stages.draw_gbuffer
+    monkeypatch.setattr(stages, "draw_gbuffer", lambda *a: (drawn.append(a[2].size), draw(*a))[1])
     chosen = Settings().replaced(fit={"size": 64}, shading={"samples": samples})
     job = Job(scenes.chair(), CAMERA, scenes.sun(40.0), chosen, (40 + samples, 30))  # a size that no other test has drawn
     first = run(job, on=renderer).frame.passes["combined"]
