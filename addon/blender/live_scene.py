@@ -65,7 +65,7 @@ class LiveScene:
         self._scene, camera, light = based_near(self._scene, camera, light)
         scene = self._scene.lit_by(light)
         impostors = choice_of(self._scene, settings.impostor)
-        job = Job(scene, camera, light, settings, size, measure=False, impostors=impostors, name="viewport", keeps_depth=True)
+        job = Job(scene, camera, light, settings, size, measure=False, is_live=True, impostors=impostors, name="viewport", keeps_depth=True)
         return staged(job) if self._is_staged(job) else None
 
     def _is_staged(self, job: Job) -> bool:

@@ -76,6 +76,7 @@ SECTIONS = {
     "partition": ("partition", "partitions", "cut", "split_weight", "alpha"),
     "map": ("map_size", "fit", "margin"),
     "shadow test": ("test", "depths", "bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines"),
+    "coarser casters": ("casters", "caster_error"),
     "filter": ("smoothing", "pcf", "filter_unit", "filter_width"),
     "picture": (
         "display",

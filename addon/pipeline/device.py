@@ -12,6 +12,7 @@ import moderngl
 from ..maths.shadow.projection import ShadowPlan
 from ..maths.view import Camera
 from ..settings.groups import ShadowTestChoice
+from .detail.drawn import CoarseCasters
 from .geometry.draw_list import DrawList
 from .geometry.store import GeometryStore
 from .gl.allocation import allocating, freed_with
@@ -47,6 +48,7 @@ class Device:
         self.shade_pass = ShadePass(context, self.programs)
         self.plan: tuple[Hashable, ShadowPlan] | None = None
         self.sky: SkyLight | None = None
+        self.coarse: CoarseCasters | None = None
         self._kept: dict[str, tuple[tuple, object]] = {}
         self._idle_target = context.renderbuffer((1, 1))
         self._idle = context.framebuffer([self._idle_target])

@@ -26,7 +26,7 @@ class Frame:
     passes: dict[str, np.ndarray]
     plan: ShadowPlan | None
     timing_ms: dict[str, float | None]
-    geometry: dict[str, int]
+    geometry: dict[str, float]
     gl: dict[str, str]
     measured: dict[str, object] | None
     warnings: tuple[str, ...] = field(default=())

@@ -23,12 +23,12 @@ MAX_PIXELS = 16384
 class Job:
     """Everything one picture needs: nothing in it can change while it is rendered.
 
-    `size` (width, height) in pixels; `passes` by their names; `measure` False leaves the error statistics out (a live view that moves).
-    `keeps_depth`: the frame says how far what is seen lies (`Frame.view_depth`). `light` is the main one, which the plan and the data
-    passes are of; `others` light the picture too. `rounds`: so many samples of each light with a size for now, None: as many as the
-    settings say. `impostors` stand for some of the objects; None: all are geometry. `shown` (I,) bool: the instances that the camera sees,
-    where not all; the others still cast shadows. For the report: `name` of the input; `sync_ms`, the time that reading the scene took;
-    `warnings`, what the user should know about how it was read.
+    `size` (width, height) in pixels; `passes` by their names; `measure` False leaves the error statistics out (a live view that moves);
+    `is_live`: of the live view, which shows what is there and does not wait. `keeps_depth`: the frame says how far what is seen lies
+    (`Frame.view_depth`). `light` is the main one, which the plan and the data passes are of; `others` light the picture too. `rounds`: so
+    many samples of each light with a size for now, None: as many as the settings say. `impostors` stand for some of the objects; None: all
+    are geometry. `shown` (I,) bool: the instances that the camera sees, where not all; the others still cast shadows. For the report:
+    `name` of the input; `sync_ms`, the time that reading the scene took; `warnings`, what the user should know about how it was read.
     """
 
     scene: Scene
@@ -41,6 +41,7 @@ class Job:
     measure: bool = True
     others: tuple[LightSource, ...] = ()
     rounds: int | None = None
+    is_live: bool = False
     impostors: ImpostorChoice | None = None
     shown: np.ndarray | None = None
     name: str = ""

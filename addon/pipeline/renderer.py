@@ -34,7 +34,7 @@ from .render_passes import made_passes
 from .render_passes.row import ShadedImages
 from .shading import shade
 from .sky import AO, ambient_occlusion, sky_light
-from .stages import cast, draw_surfaces, plan_of, shadow_maps_of, wants_data
+from .stages import cast, coarse_casters, draw_surfaces, plan_of, shadow_maps_of, wants_data
 
 Task = Callable[..., object]
 """What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
@@ -108,6 +108,7 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
     plan = plan_of(device, job, scene_bounds)
+    device.coarse = coarse_casters(device, job, draw_list, lambda: ticket.enter(0.4, "coarser casters")) if plan is not None else None
     if plan is not None and (wants_data(job) or not sources_of(job)):
         cast(device, job, draw_list, plan, impostors)
     clock.lap("shadow")
@@ -144,6 +145,8 @@ def _frame(
         measured["precision"] = loss.as_dict()
     info = device.context.info
     geometry = {"meshes": len(job.scene.meshes), "instances": len(job.scene.instances), "triangles": job.scene.triangle_count}
+    if device.coarse is not None and (maps := shadow_maps_of(device, job, plan)).caster_error:
+        geometry |= {"caster_triangles": maps.sent, "caster_error_texels": maps.caster_error}
     if impostors is not None:
         geometry["triangles_saved"] = impostors.triangles_saved
     return Frame(

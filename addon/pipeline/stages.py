@@ -13,6 +13,8 @@ from ..maths.shadow.suited_cut import Facets
 from ..maths.view import Camera
 from ..scene.looks import HIDDEN, NO_SHADOW
 from ..settings.shadowing import SHADOW_TESTS
+from .detail.drawn import CoarseCasters
+from .detail.making import CoarseMaker
 from .device import Device
 from .geometry.draw_list import DrawList
 from .geometry.octahedral import from_octahedral
@@ -96,17 +98,32 @@ def shadow_maps_of(device: Device, job: Job, plan: ShadowPlan, in_turn: bool = F
 def cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impostors: ImpostorFrame | None, in_turn: bool = False) -> None:
     """Fill the shadow maps: triangles, and impostors where they are chosen as casters. Without impostors they may be full already."""
     maps, choice = shadow_maps_of(device, job, plan, in_turn), job.impostors
-    wanted = (device.plan[0], device.store.state, job.settings.test.id_per_material) if impostors is None else None
+    coarse, test = device.coarse, job.settings.test
+    detail = coarse and (coarse.holds, test.caster_error)
+    wanted = (device.plan[0], device.store.state, test.id_per_material, detail) if impostors is None else None
     if wanted is not None and maps.holds == wanted:
         return
     casters = None
     if impostors is not None and choice.settings.casters == "impostor":
         casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
     rows = both(casters.rows if casters is not None and casters.textures else None, job.scene.instances.without(NO_SHADOW))
-    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, job.settings.test, rows)
+    draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, test, rows, coarse, job.light.kind == "sun")
     if casters is not None:
         casters.draw(device, maps, plan)
     maps.holds = wanted
+
+
+def coarse_casters(device: Device, job: Job, draw_list: DrawList, check: Callable[[], None]) -> CoarseCasters | None:
+    """The coarser meshes that maps may be drawn with: a picture waits until they are made, `check()` being called now and then, the live
+    view does without them till then."""
+    if not job.settings.test.has_coarse_casters(job.is_live) or job.settings.section.planes:
+        return None
+    maker = device.attached("caster maker", CoarseMaker)
+    levels = maker.levels(job.scene) if job.is_live else maker.wait(job.scene, check)
+    if not levels:
+        return None
+    casters = device.attached("coarse casters", lambda: CoarseCasters(device.context))
+    return casters if casters.update(job.scene, draw_list, levels, (device.store.state, maker.version)) else None
 
 
 def shade_once(

@@ -109,6 +109,7 @@ _APPLIES: dict[str, Callable[[Any], bool]] = {
     "bias": lambda v: _is_of_test("bias", v) and v.bias_strategy != "automatic",
     "filter_unit": lambda v: str(v.pcf) != "1",
     "filter_width": lambda v: str(v.pcf) != "1",
+    "caster_error": lambda v: _is_of_test("caster_error", v) and v.casters != "full",
     "clay": lambda v: not v.use_object_colors,
     **LIGHTS_APPLY,
     **STAGE_APPLIES,

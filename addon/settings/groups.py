@@ -18,6 +18,7 @@ BIASES = ("automatic", "constant", "slope-scaled", "normal-offset", "receiver-pl
 PCF_COUNTS = (1, 4, 9, 16, 25)
 SMOOTHINGS = (1, 5, 9, 13)
 SAMPLE_COUNTS = (1, 4, 9, 16)
+CASTERS = ("full", "live", "coarse")
 FILTER_UNITS = ("texel", "pixel", "metre")
 DISPLAYS = ("shaded", "shadow", "aliasing", "partitions")
 LONGEST_M = 1e9
@@ -35,6 +36,8 @@ class ShadowTestChoice:
     pixels of the picture, or metres across the light's ray (both independent of the warp); None = one unit per tap (metres: must be given).
     `smoothing`: the places of a camera sample's footprint that the triangle test tests where a shadow's edge may pass.
     `outlines`: the triangle test also looks for triangles whose edges cross the texels round the place (thin parts far away).
+    `casters` 'coarse': maps are drawn with coarser meshes whose error is at most `caster_error` of their texels, and name the triangles of
+    the meshes themselves, which the test then tests; 'live': only in the live view, as soon as they are made; 'full': never.
     """
 
     kind: str = one_of("triangle", "Shadow test", TESTS)
@@ -49,6 +52,8 @@ class ShadowTestChoice:
     filter_width: float | None = within(None, "The filter's width", 1e-6, 1e6)
     outlines: bool = False
     smoothing: int = one_of(5, "The smoothing of shadow edges", SMOOTHINGS)
+    casters: str = one_of("live", "Casters", CASTERS)
+    caster_error: float = within(1.0, "The casters' error (texels)", 0.0, 1.0)
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -68,6 +73,10 @@ class ShadowTestChoice:
     def has_outlines(self) -> bool:
         """Whether the maps keep the triangles of outlines: only where the test asks for them."""
         return self.outlines and "outlines" in SHADOW_TESTS[self.kind].options
+
+    def has_coarse_casters(self, is_live: bool) -> bool:
+        """Whether maps may be drawn with coarser meshes: only where the test asks for no more than a triangle nearby."""
+        return self.casters in (("live", "coarse") if is_live else ("coarse",)) and "casters" in SHADOW_TESTS[self.kind].options
 
 
 @dataclass(frozen=True, slots=True)

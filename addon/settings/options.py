@@ -21,6 +21,7 @@ from .sky_options import SKY_OPTIONS
 from .stage_options import STAGE_OPTIONS
 from .words import (
     BIAS_WORDS,
+    CASTER_WORDS,
     CONVERGENCE_WORDS,
     CUT_WORDS,
     DISPLAY_WORDS,
@@ -200,6 +201,15 @@ OPTIONS: tuple[Option, ...] = (
         "Smooth Edges",
         "How smooth the edges of shadows are: the exact test is done several times for a pixel, but only where an edge passes",
         SMOOTHING_WORDS,
+    ),
+    choice("casters", "test", "casters", "Casters", "Which meshes the exact test's maps are drawn with", CASTER_WORDS),
+    Option(
+        "caster_error",
+        (("test", "caster_error"),),
+        "number",
+        "Caster Error",
+        "How far coarser meshes may lie from what they stand for: a texel at most, since the test looks a texel round each place",
+        unit="texel",
     ),
     choice("display", "shading", "display", "Show", "What the picture shows", DISPLAY_WORDS),
     choice(

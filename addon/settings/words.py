@@ -29,6 +29,11 @@ BIAS_WORDS = (
     ("Normal offset", "Moves the surface along its normal, in texels"),
     ("Receiver plane", "Follows the plane of the surface within the filter"),
 )
+CASTER_WORDS = (
+    ("Full", "Maps are drawn with every triangle"),
+    ("Full, coarse in the live view", "The live view's maps are drawn with coarser meshes as soon as they are made; pictures are not"),
+    ("Coarse", "All maps are drawn with coarser meshes; a picture waits until they are made, once for each mesh"),
+)
 FILTER_UNIT_WORDS = (
     ("Texels", "The filter is so many texels of the shadow map wide: its softness follows the warp"),
     ("Pixels", "The filter is so many pixels of the picture wide, whatever the warp"),

@@ -22,6 +22,14 @@ void pass_id() {
     v_id = vertex_slot();
     v_triangle = int(in_triangle);
 }
+#elif defined(COARSE)
+uniform usamplerBuffer u_coarse_places;   // by slot: the original's slot, and where its triangles begin in the index pool
+flat out uint v_first;
+void pass_id() {
+    uvec2 place = texelFetch(u_coarse_places, int(vertex_slot())).rg;
+    v_id = place.x;
+    v_first = place.y;
+}
 #else
 void pass_id() { v_id = vertex_slot(); }
 #endif

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..pipeline.job import Job
 
 TIMINGS = ("sync", "upload", "shadow", "gbuffer", "shade", "readback", "total")
+CASTERS = ("caster_triangles", "caster_error_texels")
 COUNTS = ("meshes", "instances", "triangles")
 
 
@@ -65,10 +66,11 @@ def failed_report(name: str, settings: Settings | None, message: str) -> dict[st
     }
 
 
-def geometry_of(frame: Frame) -> dict[str, int | None]:
-    """What was counted; where there are impostors also the triangles that the camera was spared by them."""
+def geometry_of(frame: Frame) -> dict[str, float | None]:
+    """What was counted; where there are impostors also the triangles that the camera was spared by them, where maps were drawn with coarser
+    meshes the triangles that all maps took, and the largest error of those meshes in texels."""
     names = (*COUNTS, "triangles_saved") if frame.impostors else COUNTS
-    return {name: frame.geometry.get(name) for name in names}
+    return {name: frame.geometry.get(name) for name in (*names, *(one for one in CASTERS if one in frame.geometry))}
 
 
 def impostor_row(one: ImpostorReport) -> dict[str, object]:

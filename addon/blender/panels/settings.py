@@ -198,7 +198,7 @@ SECTIONS = (
     Section(
         "map_expert",
         "Stray Shadows",
-        draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines", "margin"),
+        draw_options("bias_strategy", "bias", "epsilon", "epsilon_far", "id_per_material", "outlines", "casters", "caster_error", "margin"),
         "detail",
         True,
     ),

@@ -57,6 +57,8 @@ SAMPLER_UNITS = {
     "u_planes": 35,
     "u_sky_sums": 36,
     "u_shares": 37,
+    "u_coarse_places": 38,
+    "u_coarse_sources": 39,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

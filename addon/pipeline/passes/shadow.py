@@ -10,10 +10,12 @@ import moderngl
 import numpy as np
 
 from ...errors import GpuError
+from ...maths.shadow import cut
 from ...maths.shadow.projection import ShadowPlan, ShadowProjection
 from ...maths.spaces import translation
 from ...settings.groups import ShadowTestChoice
 from ...settings.shadowing import SHADOW_TESTS
+from ..detail.drawn import ChosenLevels, CoarseCasters
 from ..geometry.clusters import frustum_planes
 from ..geometry.culling import Culling
 from ..geometry.draw_list import DrawList
@@ -34,7 +36,8 @@ class ShadowMaps:
     """A depth array and a framebuffer per layer; with a test that needs them, an array of ids beside it, the ids of outlines, and the
     cells of the n-SM.
 
-    `holds` says what was drawn last (plan, ids), by whoever can say; None as soon as anything is drawn.
+    `holds` says what was drawn last (plan, ids), by whoever can say; None as soon as anything is drawn. `sent`: the triangles that it took;
+    `caster_error`: the largest error of coarser casters among them, texels.
     """
 
     def __init__(self, context: moderngl.Context, size: int, layers: int, test: ShadowTestChoice) -> None:
@@ -49,6 +52,7 @@ class ShadowMaps:
         check_maps(size, layers, self.ids_kind, test.depths > 1 or test.has_outlines)
         self.size, self.layers = size, layers
         self.holds: Hashable = None
+        self.sent, self.caster_error = 0, 0.0
         with ExitStack() as made:  # what is there when something fails is freed
             self.depth = freed_with(made, DepthArray(context, size, layers))
             self.ids = freed_with(made, id_array(context, size, layers, self.ids_kind)) if self.ids_kind else None
@@ -80,14 +84,16 @@ def draw_shadow_maps(
     plan: ShadowPlan,
     test: ShadowTestChoice,
     rows: np.ndarray | None = None,
+    coarse: CoarseCasters | None = None,
+    is_sun: bool = True,
 ) -> int:
     """Draw the casters into every map; returns the triangles sent. Casters before a map's near plane are clamped to it (depth clamp).
 
-    `rows` (I,) bool: only these instance rows of the scene.
+    `rows` (I,) bool: only these instance rows of the scene. `coarse`: coarser meshes, drawn where the test's `caster_error` allows.
     """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
     draw_one = partial(_draw_one, programs, draw_list, plan.origin_ws, size=maps.size, defines=defines, rows=rows)
-    maps.holds = None
+    maps.holds, maps.caster_error = None, 0.0
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
     sent = 0
@@ -97,12 +103,15 @@ def draw_shadow_maps(
         if maps.ids_kind:
             framebuffer.clear_ids()
         if not projection.is_empty:
-            sent += draw_one(projection, culled=True)
+            chosen = coarse.choose(projection, maps.size, is_sun, test.caster_error) if coarse is not None else None
+            maps.caster_error = max(maps.caster_error, chosen.error_texels if chosen is not None else 0.0)
+            sent += draw_one(projection, culled=True, coarse=(coarse, chosen) if chosen is not None else None)
     if maps.outlines is not None:
         sent += maps.outlines.draw(plan, draw_one)
     context.disable_direct(GL_DEPTH_CLAMP)
     if maps.cells is not None:
         maps.cells.select(programs, maps.depth, plan)
+    maps.sent = sent
     return sent
 
 
@@ -115,21 +124,45 @@ def _draw_one(
     defines: dict[str, int],
     rows: np.ndarray | None,
     culled: bool = False,
+    coarse: tuple[CoarseCasters, ChosenLevels] | None = None,
 ) -> int:
     """Draw one map; `culled`: without the back faces of closed meshes, whose edges outlines need."""
     if projection.log is not None:
         return draw_log_map(programs, draw_list, origin_ws, projection, size, defines, rows)
     planes = frustum_planes(projection.clip_from_world, cull_near=False)
+    culling = Culling.by(projection.clip_from_world, near=False) if culled else None
+    sent = 0
+    if coarse is not None and not cut.reach(projection, coarse[0].draw_list.longest_edge_m) > cut.LARGE:
+        sent = _draw_coarse(programs, origin_ws, projection, planes, defines, rows, culling, *coarse)
+        rows = ~coarse[1].replaced if rows is None else rows & ~coarse[1].replaced
     large = large_in(draw_list, projection, planes, rows)
     pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, **defines) for flag in (0, 1)]
     for program in pair:
         set_uniforms(program, **relative_to(origin_ws, projection.clip_from_world))
-    culling = Culling.by(projection.clip_from_world, near=False) if culled else None
-    sent = draw_list.draw(*pair, planes, attributes=False, rows=rows, without=large, culling=culling)
+    sent += draw_list.draw(*pair, planes, attributes=False, rows=rows, without=large, culling=culling)
     if large is not None:
         program = programs.get("shadow_cut.vert", "shadow.frag", IS_CUT=1, **defines)
         sent += draw_vertices(draw_list.context, program, pieces(draw_list, projection, large, size))
     return sent
+
+
+def _draw_coarse(
+    programs: Programs,
+    origin_ws: np.ndarray,
+    projection: ShadowProjection,
+    planes: np.ndarray,
+    defines: dict[str, int],
+    rows: np.ndarray | None,
+    culling: Culling | None,
+    coarse: CoarseCasters,
+    chosen: ChosenLevels,
+) -> int:
+    """Draw coarser casters; the map's ids name triangles of the originals."""
+    pair = [programs.get("shadow.vert", "shadow.frag", INSTANCED=flag, COARSE=1, **defines) for flag in (0, 1)]
+    for program in pair:
+        set_uniforms(program, **relative_to(origin_ws, projection.clip_from_world))
+    coarse.bind()
+    return coarse.draw_list.draw(*pair, planes, attributes=False, rows=coarse.casting(chosen, rows), culling=culling)
 
 
 def plan_block(plan: ShadowPlan | None) -> bytes:
