@@ -38,7 +38,7 @@ Attached = TypeVar("Attached")
 
 class Device:
     """Keeps the last target of each kind; asking for another size frees it and makes a new one. `plan`: the last one, and of what.
-    `sky`: what reaches the pixels of the picture that is being made."""
+    `sky`: what reaches the pixels of the picture that is being made; `coarse`: the coarser meshes that its maps may be drawn with."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
