@@ -30,7 +30,6 @@ from addon.scene.reading.limits import Limits
 from benchmarks.attack_seeds import Seed, seeds
 
 RESULTS = Path(__file__).resolve().parent / "results" / "attack.json"
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "reliability.md"
 LIMITS = Limits(seconds=20, memory_mib=2048)
 NUMBERS = (
     b"0",
@@ -193,8 +192,8 @@ def attack(suffix: str, source: Seed, count: int, seed: int, folder: Path, say: 
     return {"format": suffix, "files": count, "slowest_s": round(worst, 1), "all_s": round(time.monotonic() - since), **kinds}
 
 
-def page(rows: list[dict[str, object]]) -> str:
-    """docs/reliability.md."""
+def table(rows: list[dict[str, object]]) -> str:
+    """What became of the files, as docs/reliability.md has it."""
     total = {"format": "all", **{key: sum(row.get(key, 0) for row in rows) for key in ("files", *KINDS)}}
     total["slowest_s"] = max(row["slowest_s"] for row in rows)
     heads = ("format", "files", *KINDS, "slowest_s")
@@ -203,25 +202,7 @@ def page(rows: list[dict[str, object]]) -> str:
         "| " + " | ".join(f"{row.get(head, 0):,}" if head not in ("format",) else row[head] for head in heads) + " |"
         for row in (*rows, total)
     ]
-    return TEXT.replace("TABLE", "\n".join(lines))
-
-
-TEXT = """# Reliability
-
-Files come from strangers. Each is read in a process of its own, within limits of time and memory
-([preferences](panels.md#preferences)); what goes wrong there is one line in Blender, and the other files of a batch are drawn.
-
-## Damaged files
-Small valid files of each format, damaged at random: bytes and numbers changed, ends cut off, lines and pieces moved
-(`python -m benchmarks.attack`; limits 20 s and 2,048 MiB). A damaged file may still be a valid one: it is *read*, and the model is
-sound (finite, every corner a vertex, every part in its place); or it is *refused* in one line. *Contained* is what crashed, hung or
-filled the memory of the reading process, and came out as one line too. A model that is not sound, a message of several lines, a
-traceback: none may come.
-
-TABLE
-
-A subset of these files is a test.
-"""
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -234,7 +215,9 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     choice = parser.parse_args()
     if choice.write:
-        PAGE.write_text(page(json.loads(RESULTS.read_text())), encoding="utf-8")
+        from benchmarks.reliability import write_page
+
+        write_page()
         return
     if choice.folder is not None:
         for path in sorted(path for path in choice.folder.iterdir() if path.suffix in SUFFIXES):
