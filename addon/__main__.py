@@ -24,4 +24,4 @@ def attached() -> Iterator[None]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:], attached))
+    sys.exit(main(sys.argv[1:], attached, is_apart=True))

@@ -17,6 +17,7 @@ from ..studies import stopping
 from .cad_import import to_blender
 from .own_importers import imported, is_for_blender
 
+NO_SCRIPTS = "The scripts in this .blend, and drivers that need them, are not run: open it in Blender, look at them, and render there."
 BLEND_MAGICS = (b"BLENDER", b"\x28\xb5\x2f\xfd", b"\x1f\x8b")
 
 
@@ -29,7 +30,8 @@ def open_input(source: str, units: str | None = None, up: str | None = None) -> 
         raise CadFileError("An input without a name was given: leave the empty argument out.")
     path = Path(source)
     if path.suffix.lower() == ".blend":
-        return open_blend(path), ()
+        scene = open_blend(path)
+        return scene, (NO_SCRIPTS,) if bpy.app.autoexec_fail else ()
     if is_for_blender(path):
         checked_path(path, BY_SUFFIX)
         scene = _empty_scene()

@@ -12,7 +12,7 @@ def run(argv: list[str]) -> int:
     """Blender calls this with everything after the command's name; the result is its exit code."""
     from .main import main
 
-    return main(argv)
+    return main(argv, is_apart=True)
 
 
 def register() -> None:

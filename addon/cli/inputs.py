@@ -31,7 +31,7 @@ Attached = Callable[[], AbstractContextManager[None]]
 
 def is_batch(args: argparse.Namespace, items: list[Item]) -> bool:
     """Whether reports note what they were made from, so that `--resume` knows next time."""
-    return len(items) > 1 or args.worker or args.resume or args.contact_sheet
+    return len(items) > 1 or args.resume or args.contact_sheet
 
 
 def report_mistake(args: argparse.Namespace) -> str | None:
@@ -90,15 +90,19 @@ def run_inputs(args: argparse.Namespace, attached: Attached) -> list[dict[str, o
 
 
 def _work(args: argparse.Namespace, todo: list[Item], attached: Attached) -> Iterator[tuple[Item, Answer]]:
-    if args.jobs > 1 and len(todo) > 1:
-        yield from answers(todo, args.argv, args.jobs)
-    elif todo:
-        if Path(todo[0].source or "").suffix.lower() in BY_SUFFIX:
+    """The items done, each as its process can: with --jobs in several, a .blend in one of its own, which may crash or never end."""
+    is_shared = args.jobs > 1 and len(todo) > 1
+    apart = todo if is_shared else [item for item in todo if args.is_apart and item.is_blend]
+    if apart:
+        yield from answers(apart, args.argv, args.jobs)
+    here = [item for item in todo if item not in apart]
+    if here:
+        if Path(here[0].source or "").suffix.lower() in BY_SUFFIX:
             prepare(limits_of(args))  # while Blender starts
         from .run import answers_here  # imports Blender, which talks
 
         with attached():
-            yield from answers_here(todo, args)
+            yield from answers_here(here, args)
 
 
 def _keep_report(progress: Progress, reports: dict[Item, dict[str, object]], total: int, item: Item, answer: Answer) -> None:
@@ -131,6 +135,6 @@ def run_worker(args: argparse.Namespace, out: TextIO, attached: Attached) -> Non
     """Be a worker of another process: inputs come on standard input."""
     from .run import one
 
-    args.is_batch = True
+    args.is_batch = is_batch(args, items_of(args))
     with attached():
         serve(lambda item: one(item, args), sys.stdin, out)

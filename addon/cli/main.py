@@ -26,19 +26,22 @@ from .parser import build_parser, joined, view_mistake
 from .settings_file import read_settings
 
 
-def main(argv: list[str], attached: Attached = nullcontext) -> int:
-    """Run one command; gives the exit code. `attached()`: the add-on enabled while it lasts; nothing to do where it is enabled already."""
+def main(argv: list[str], attached: Attached = nullcontext, is_apart: bool = False) -> int:
+    """Run one command; gives the exit code. `attached()`: the add-on enabled while it lasts; nothing to do where it is enabled already.
+
+    `is_apart`: .blend files are opened in a process of their own within the limits for reading, not in this one.
+    """
     make_ready()
     try:
         with run_of_inputs(), run_of_results():
-            code = _run(argv, attached)
+            code = _run(argv, attached, is_apart)
     except KeyboardInterrupt:
         complain("cad_shadow: stopped.")
         code = FAILED
     return code if flushed() else max(code, FAILED)
 
 
-def _run(argv: list[str], attached: Attached) -> int:
+def _run(argv: list[str], attached: Attached, is_apart: bool) -> int:
     try:
         args = build_parser().parse_args(joined(argv))
         args.from_file = read_settings(args.settings)
@@ -54,7 +57,7 @@ def _run(argv: list[str], attached: Attached) -> int:
         return command.alone(args)
     if not args.inputs and args.deck is None:
         args.deck = args.example
-    args.argv = argv
+    args.argv, args.is_apart = argv, is_apart
     mistake = _mistake(args, command)
     if mistake is not None:
         complain(f"cad_shadow {args.command}: {mistake}")

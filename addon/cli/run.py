@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import traceback
 from collections.abc import Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 from ..blender import presets
@@ -59,7 +60,8 @@ def _made(item: Item, args: argparse.Namespace, settings: list[Settings], noted:
     """Open, render, write, report; `settings` gets those that are used as soon as they are known."""
     stamp = _stamp(item, args)
     limits.choose(limits_of(args))
-    scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
+    with limits.held_to(limits.chosen()) if args.worker and item.is_blend else nullcontext():
+        scene, warnings = open_deck(args.deck) if item.source is None else open_input(item.source, args.units, args.up_axis)
     scene = activated(scene, args.scene)
     stopping.check()
     if args.preset is not None:

@@ -26,6 +26,11 @@ class Item:
     stem: Path
 
     @property
+    def is_blend(self) -> bool:
+        """Whether it is a file of Blender's own."""
+        return self.source is not None and self.source.lower().endswith(".blend")
+
+    @property
     def report_path(self) -> Path:
         """Where its report lies."""
         return self.stem.with_name(f"{self.stem.name}_report.json")

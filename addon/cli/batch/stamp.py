@@ -21,7 +21,7 @@ COMPANIONS = (".mtl", ".bin")
 # what does not change the result of one input
 NOT_ASKED = frozenset(
     ("inputs", "deck", "example", "output", "report", "quiet", "json", "settings")
-    + ("resume", "jobs", "recursive", "contact_sheet", "worker", "argv", "is_batch")
+    + ("resume", "jobs", "recursive", "contact_sheet", "worker", "argv", "is_batch", "is_apart")
 )
 
 

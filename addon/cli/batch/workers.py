@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import os
+import signal
 import site
 import subprocess
 import sys
@@ -20,6 +21,7 @@ from threading import Lock, Thread
 from typing import TextIO
 
 from ...blender.registering import is_python_module
+from ...scene.reading.limits import cause
 from ...studies import stopping
 from ...studies.report import failed_report
 from .items import Item
@@ -69,9 +71,7 @@ class Worker:
                 if line.startswith(MARK):
                     report, text = json.loads(line.removeprefix(MARK))
                     return report, text
-        code = self.stop()
-        message = f"The process that drew it ended (exit code {code}): try it alone, without --jobs; if that fails too, please report it."
-        return failed_report(item.name, None, message), ""
+        return failed_report(item.name, None, _end_in_words(self.stop(), item)), ""
 
     def _running(self) -> subprocess.Popen | None:
         with self._lock:
@@ -106,6 +106,17 @@ class Worker:
                 process.wait(timeout_s)
             except subprocess.TimeoutExpired:
                 process.kill()
+
+
+def _end_in_words(code: int, item: Item) -> str:
+    """Why there is no answer."""
+    if hasattr(signal, "SIGALRM") and code == -signal.SIGALRM:
+        return "Blender did not open it within the limit of time: raise --limit-seconds, or save it simpler."
+    if item.is_blend:
+        return (
+            f"The process that opened it ended unexpectedly ({cause(code)}), as damaged files make it: save it again from Blender."
+        )
+    return f"The process that drew it ended ({cause(code)}): try it alone, without --jobs; if that fails too, please report it."
 
 
 def answers(items: list[Item], argv: list[str], jobs: int) -> Iterator[tuple[Item, Answer]]:

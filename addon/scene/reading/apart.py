@@ -18,8 +18,8 @@ from ..cad.sniff import checked_path
 from ..cad_model import CadModel
 from ..plain_text import shown, shown_name
 from ..user_files import note
-from .limits import TOO_MUCH, Limits, chosen, memory_bytes
-from .process import cause, given_back, taken
+from .limits import TOO_MUCH, Limits, cause, chosen, memory_bytes
+from .process import given_back, taken
 
 RAISE = "raise the limit (in the extension's preferences; on the command line {option})"
 POLL_S = 0.1

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 
 MEBI = 2**20
 TOO_MUCH = 75  # exit code of a process that has passed its limit of memory
@@ -75,6 +78,42 @@ def allow_processor(limits: Limits) -> None:
 
         spent = resource.getrusage(resource.RUSAGE_SELF)
         _lower(resource.RLIMIT_CPU, int(spent.ru_utime + spent.ru_stime) + limits.seconds * (os.cpu_count() or 1) + 5)
+
+
+@contextmanager
+def held_to(limits: Limits) -> Iterator[None]:
+    """While this lasts this process ends when it takes longer, and gets no more memory than it has and the limit; Linux and macOS only.
+
+    By an alarm of the system's, since Blender lets no Python run meanwhile.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    import resource
+
+    before, most = resource.getrlimit(resource.RLIMIT_AS), memory_bytes(limits)
+    if most and sys.platform == "linux":
+        _lower(resource.RLIMIT_AS, _address_space() + most)
+    handler = signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.setitimer(signal.ITIMER_REAL, limits.seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, handler)
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def _address_space() -> int:
+    """Bytes of addresses that this process has taken."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def cause(code: int) -> str:
+    """What the exit code of a process says."""
+    with suppress(ValueError):
+        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+    return f"exit code {code}"
 
 
 def _lower(kind: int, limit: int) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import os
-import signal
 import subprocess
 import tempfile
 from contextlib import suppress
@@ -112,10 +111,3 @@ def given_back(process: ReaderProcess, sent_bytes: int) -> None:
             _kept.append(process)
     if not is_kept:
         process.end()
-
-
-def cause(code: int) -> str:
-    """What an exit code says."""
-    with suppress(ValueError):
-        return signal.Signals(-code).name if code < 0 else f"exit code {code}"
-    return f"exit code {code}"
