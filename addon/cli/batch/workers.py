@@ -113,9 +113,7 @@ def _end_in_words(code: int, item: Item) -> str:
     if hasattr(signal, "SIGALRM") and code == -signal.SIGALRM:
         return "Blender did not open it within the limit of time: raise --limit-seconds, or save it simpler."
     if item.is_blend:
-        return (
-            f"The process that opened it ended unexpectedly ({cause(code)}), as damaged files make it: save it again from Blender."
-        )
+        return f"The process that opened it ended unexpectedly ({cause(code)}), as damaged files make it: save it again from Blender."
     return f"The process that drew it ended ({cause(code)}): try it alone, without --jobs; if that fails too, please report it."
 
 
