@@ -52,12 +52,13 @@ class Wish:
 
 
 def coarser(job: Job, coarseness: int) -> Job:
-    """The job as coarse as that: with pictures and maps smaller per side, with one camera sample per pixel, as it is, or measured."""
+    """The job as coarse as that: with pictures and maps smaller per side, with one camera sample per pixel and few of the
+    sky, as it is, or measured."""
     if coarseness == MEASURED:
         return replace(job, measure=True)
     if coarseness == FULL:
         return job
-    settings = job.settings.replaced(shading={"samples": 1})
+    settings = replace(job.settings.replaced(shading={"samples": 1}), sky=job.settings.sky.quick)
     if coarseness == ONE_SAMPLE:
         return replace(job, settings=settings)
     size = tuple(max(1, n // COARSER_BY) for n in job.size)

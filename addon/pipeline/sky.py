@@ -8,7 +8,6 @@ than a hard shadow's: a texel covers about √n pixels (of an error m of √n, a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +24,6 @@ from .reach_choice import COSINES, ReachChoice
 
 SMOOTH = ShadowTestChoice(kind="depth")  # edges out of place by a texel do not show; the exact test takes three times as long
 LEAST_SIZE, MOST_SIZE = 512, 2048
-FIRST = 16  # samples of the first of several rounds, which shall be quick
 AO = "ao"
 
 
@@ -39,7 +37,7 @@ def sky_map_size(samples: int, size: tuple[int, int]) -> int:
 def sky_wanted(job: Job) -> SkyChoice | None:
     """The sky that a picture needs: its own, or, for the pass alone, a uniform one."""
     if job.settings.sky.kind != "off":
-        return replace(job.settings.sky, samples=min(job.settings.sky.samples, FIRST)) if job.rounds == 1 else job.settings.sky
+        return job.settings.sky.quick if job.rounds == 1 else job.settings.sky
     return SkyChoice("uniform", job.settings.sky.samples) if AO in job.passes else None
 
 

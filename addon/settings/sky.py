@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..maths.domains import one_of, require_fields, within
 
+QUICK_SAMPLES = 16  # at most, of pictures that shall be quick
 SKIES = ("off", "uniform", "cie", "overcast")
 
 
@@ -20,3 +21,8 @@ class SkyChoice:
 
     def __post_init__(self) -> None:
         require_fields(self)
+
+    @property
+    def quick(self) -> SkyChoice:
+        """The same in few samples: of the first picture of a view that is refined afterwards."""
+        return replace(self, samples=min(self.samples, QUICK_SAMPLES))

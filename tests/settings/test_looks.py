@@ -61,3 +61,10 @@ def test_parts_without_color_stand_out_from_the_background(name):
     ratios = [max(weights @ one, behind) / min(weights @ one, behind) for one in (lit, shade)]
     assert max(ratios) > 2.0
     assert min(ratios) > 1.1
+
+
+def test_a_quick_sky_has_few_samples_and_stays_what_it_is():
+    from addon.settings.sky import QUICK_SAMPLES, SkyChoice
+
+    many, few = SkyChoice("cie", 256), SkyChoice("overcast", 8)
+    assert many.quick == SkyChoice("cie", QUICK_SAMPLES) and few.quick == few
