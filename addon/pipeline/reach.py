@@ -25,12 +25,12 @@ from .passes.reach_sums import ReachSums, SurfacePlaces, walks
 from .passes.shadow import MAX_MAPS, draw_shadow_maps
 from .reach_choice import ReachChoice
 
-BATCH_BYTES = 96 << 20  # of maps that are drawn before they are looked up
+BATCH_BYTES = 192 << 20  # of maps that are drawn before they are looked up
 
 
 def batch_of(choice: ReachChoice) -> int:
     """Maps that are there at once."""
-    numbers = 3 if walks(choice.test) else 1
+    numbers = (3 if walks(choice.test) else 1) * (2 if choice.test.has_outlines else 1)
     return max(1, min(MAX_MAPS, BATCH_BYTES // (choice.size * choice.size * 4 * numbers)))
 
 

@@ -27,6 +27,7 @@ from .shadow_defines import shadow_defines, shadow_uniforms
 
 NOISE = 4.8e-7  # of the largest coordinate: what float32 cannot tell, as in common_surface_seen.glsl
 FOUND_ALIKE = {"INSIDE_ITS_TRIANGLE": 1, "FROM_TEXTURE": f"{FROM_TEXTURE}u"}
+NOTHING_SMOOTHED = {"SMOOTHING": 1}  # a place is a point: there is no footprint of a pixel to smooth over
 LEAST_FACING = 1e-6  # as the ray-traced truth has it
 
 
@@ -130,7 +131,7 @@ class ReachSums:
             ANY_LOG=0,
             SUMS=sums,
             FROM_TEXTURE=FOUND_ALIKE["FROM_TEXTURE"],
-            **shadow_defines(test),
+            **shadow_defines(test) | NOTHING_SMOOTHED,
         )
         _bind(draw_list, {**triangles, **maps.inputs(), "u_places": places.place, "u_planes": places.plane} | {"u_ids": places.ids})
         table, brightness = np.zeros((MAX_MAPS, 4), np.float32), np.zeros(MAX_MAPS, np.float32)

@@ -17,6 +17,7 @@ from ..run import Outcome, run, submit_task
 from ..surface_samples import SurfaceSamples, surface_samples
 from .days import SKY_DIRECTIONS
 
+LARGEST = 8192  # texels a side
 PASSES = ("combined", "depth", "normal", "object")
 COLUMNS = ("object", "area_m2", "samples", "sun_hours_mean", "sun_hours_min", "sun_hours_max", "sky_view_mean")
 
@@ -62,7 +63,7 @@ class SunHours:
 
 
 def sun_hours(job: Job, asked: HoursAsked, say: Progress, is_given_up: Cancels, *, pixels: bool = True, objects: bool = True) -> SunHours:
-    """Count, on the worker, waiting for it; raises as `run.run` does. Maps have the size that the job's settings give them."""
+    """Count, on the worker, waiting for it; raises as `run.run` does. Maps have twice the size that the job's settings give them."""
     parts = Parts(say, pixels * 2 + objects * 2)
     outcome = hours = sky = samples = sample_hours = sample_sky = None
     if pixels:
@@ -89,11 +90,16 @@ class Parts:
         return lambda fraction, stage: self._say((begin + fraction) / self._count, stage)
 
 
+def map_size(job: Job) -> int:
+    """Texels a side of each sun's map: twice those of the picture's maps, of which there are several for one view."""
+    return min(2 * job.settings.fit.size, LARGEST)
+
+
 def pixel_hours(job: Job, asked: HoursAsked, parts: Parts, is_given_up: Cancels) -> tuple[np.ndarray, np.ndarray | None]:
     """(h, w) hours and (h, w) share of the sky of what the camera sees."""
     from ...pipeline.reach_tasks import sums_of_pixels  # loads OpenGL
 
-    size = job.settings.fit.size
+    size = map_size(job)
     sun = waited(submit_task(sums_of_pixels, job, asked.suns, ReachChoice(size)), parts.next(), is_given_up)
     sky, say = None, parts.next()
     if asked.sky_directions:
@@ -109,7 +115,7 @@ def hours_at(
     """(P,) hours and (P,) share of the sky at places (P, 3) on surfaces: those of the side that has more of either."""
     from ...pipeline.reach_tasks import sums_at_places  # loads OpenGL
 
-    size = job.settings.fit.size
+    size = map_size(job)
     sun = waited(submit_task(sums_at_places, job, points_ws, normals_ws, asked.suns, ReachChoice(size)), parts.next(), is_given_up)
     sky, say = None, parts.next()
     if asked.sky_directions:
