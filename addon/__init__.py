@@ -25,6 +25,7 @@ def _parts() -> tuple[ModuleType, ...]:
         section_properties,
         session,
         sun_properties,
+        translations,
         viewport,
     )
     from .blender.hud import impostor_overlay, map_overlay, sun_path
@@ -35,7 +36,7 @@ def _parts() -> tuple[ModuleType, ...]:
         (preferences, sun_properties, section_properties, properties, marks, changes, session),
         (map_overlay, sun_path, hud, impostor_overlay),
     )
-    return *settings, engine, viewport, operators, presets, *drawn, panels, blender_command
+    return *settings, engine, viewport, operators, presets, *drawn, panels, translations, blender_command
 
 
 def register() -> None:

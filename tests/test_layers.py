@@ -21,7 +21,7 @@ FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors sun_hours < __init__",
     "addon/blender": "animation support < cad_materials changes clip_range face_values lettering own_images own_importers preferences"
-    " redraw registering render_wish snapshot sun_turning textures < cad_import section_properties sun_hours sun_properties"
+    " redraw registering render_wish snapshot sun_turning textures translations < cad_import section_properties sun_hours sun_properties"
     " < inputs presets light_kind properties rendering reprojection"
     " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",

@@ -17,6 +17,11 @@ from .snapshot import Collected, camera_from_region
 from .sources import SLICE_S, light_for, settings_of, view_reader
 
 
+def pixel_size(chosen: str, of_screen: float) -> int:
+    """Pixels of the screen to a side of the live view's: as chosen, else two on a screen of fine pixels."""
+    return int(chosen) if chosen != "AUTO" else 2 if of_screen > 1.5 else 1
+
+
 class LiveScene:
     """The scene a live view shows, read anew only after a change, and replaced only when the content differs.
 
@@ -44,7 +49,6 @@ class LiveScene:
     def job(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> Job | None:
         """The job of this viewport as it is now, None before the first scene is read; cheap when only the view moved."""
         region, space = context.region, context.space_data
-        size = (region.width, region.height)
         self._take_over()
         if self._is_stale and self._reading is None:
             crease = depsgraph.scene.cad_shadow.crease_angle
@@ -59,6 +63,8 @@ class LiveScene:
         if self._scene is None:
             return None
         self._scene.bounds_ws()  # says so when there is nothing
+        pixel = pixel_size(depsgraph.scene.render.preview_pixel_size, context.preferences.system.pixel_size)
+        size = (max(region.width // pixel, 1), max(region.height // pixel, 1))
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = light_for(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = settings_of(depsgraph.scene)

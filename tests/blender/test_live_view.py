@@ -291,3 +291,11 @@ def test_the_mesh_of_a_picture_is_drawn_from_far_to_near_and_has_no_more_corners
     assert (np.diff(far) <= 1e-4).all()
     empty = room("blender.reprojection").picture_mesh(np.zeros((30, 40), np.float32), camera)
     assert len(empty[2]) == 0
+
+
+def test_the_live_views_pixels_are_as_large_as_the_scene_says(room, blend):
+    """Every size that Blender offers, and by itself two on a screen of fine pixels."""
+    size_of = room("blender.live_scene").pixel_size
+    offered = [item.identifier for item in blend.types.RenderSettings.bl_rna.properties["preview_pixel_size"].enum_items]
+    assert [size_of(one, 2.0) for one in offered] == [2, 1, 2, 4, 8]
+    assert [size_of("AUTO", screen) for screen in (1.0, 1.5, 2.0)] == [1, 1, 2]

@@ -159,6 +159,12 @@ def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     draw_option(layout, props, "light_strength")
 
 
+def draw_detail(self: bpy.types.Panel, context: bpy.types.Context) -> None:
+    """How many samples and texels there are, and how large a pixel of the live view is."""
+    draw_options("samples", "smoothing", "map_size")(self, context)
+    self.layout.prop(context.scene.render, "preview_pixel_size", text="Live View Pixel")
+
+
 def draw_nothing(_self: bpy.types.Panel, _context: bpy.types.Context) -> None:
     """A section that has only the buttons of its operators."""
 
@@ -190,7 +196,7 @@ SECTIONS = (
     Section("ground", "Ground", draw_options("ground", "ground_height", "ground_strength"), closed=True),
     Section("section", "Section", draw_section, closed=True),
     Section("camera", "Camera", draw_camera, closed=True),
-    Section("detail", "Sharpness of Shadows", draw_options("samples", "smoothing", "map_size"), closed=True),
+    Section("detail", "Sharpness of Shadows", draw_detail, closed=True),
     Section("warp", "Detail Near and Far", draw_choice("warp"), "detail", True),
     Section("warp_expert", "By Hand", draw_options("eta", "warp_parameter", "pseudo_near", "convergence", "log_bend"), "warp", True),
     Section("partition", "Parts of the View", draw_choice("partition", "partitions", "cut", "split_weight", "alpha"), "detail", True),

@@ -19,7 +19,7 @@ from ...scene.looks import CAP, GROUND
 from ...settings.stage import EdgeLines
 from ..geometry.draw_list import DrawList
 from ..gl.allocation import freed_with
-from ..gl.gl_raw import BufferTexture
+from ..gl.gl_raw import BufferTexture, draw_triangles
 from ..gl.programs import Programs, matrix_bytes, set_uniforms
 from .fill import bind, fill, fill_over
 from .gbuffer import FROM_TEXTURE, GBuffer, pixel_rays
@@ -69,11 +69,27 @@ def draw_edges(
     set_uniforms(lines, u_crease_cos=math.cos(math.radians(edges.crease_deg) + ANGLE_SLACK), u_most_px=width / 2.0 + 1.5)
     bind(triangles | {"u_view_depth": gbuffer.view_depth, "u_ids": gbuffer.ids, "u_normal": gbuffer.normal})
     draw_list.bind_table()
-    fill(context, target.line_target, lines)
+    _fill_surfaces(context, target.line_target, lines, gbuffer)
     coverage = programs.get("fullscreen.vert", "edge_coverage.frag", RADIUS=radius)
     set_uniforms(coverage, u_width=edges.width * side, u_slack=SLACK)
     bind({"u_lines": target.lines, "u_line_depth": target.depth, "u_view_depth": gbuffer.view_depth})
     fill(context, target.coverage_target, coverage)
+
+
+def _fill_surfaces(context: moderngl.Context, target: moderngl.Framebuffer, program: moderngl.Program, gbuffer: GBuffer) -> None:
+    """Run `program` for the pixels of `target` in which `gbuffer` has a surface; the others are 0. The depth test tells them apart before
+    a shader runs."""
+    depth = gbuffer.projection
+    target.clear()
+    array = context.vertex_array(program, [])
+    with gbuffer.depth.attached(target):
+        set_uniforms(program, u_ndc_depth=2.0 * depth.farthest - 1.0)
+        context.enable_only(moderngl.DEPTH_TEST)
+        context.depth_func = {"<": ">", ">": "<"}[depth.nearer]
+        draw_triangles(context, array, 3)
+        context.depth_func = "<"
+    array.release()
+    context.enable_only(moderngl.NOTHING)
 
 
 def blend_edges(context: moderngl.Context, programs: Programs, target: EdgeTarget, picture: moderngl.Texture, edges: EdgeLines) -> None:
