@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from ..errors import OutputError
 from ..images.exr import encode_exr
 from ..images.png import encode_png
+from ..maths.shadow.projection import LogWarp
 from ..pipeline.render_passes import channels_of, pass_named, picture_of
 from ..scene import user_files
 from ..scene.plain_text import shown_json
@@ -149,7 +151,10 @@ def write_pass(path: Path, name: str, outcome: Outcome) -> None:
 
 
 def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """An .npz file's arrays, of the images those `wanted`. Matrices start from true world coordinates: the local origin is taken out."""
+    """An .npz file's arrays, of the images those `wanted`. Matrices start from true world coordinates: the local origin is taken out.
+
+    Where maps are logarithmic, also `shadow_log_warp` (k, 5): scale, offset, base, slope of `LogWarp.t_at`; 1 where s is divided by w.
+    """
     job, frame = outcome.job, outcome.frame
     local_from_world = np.eye(4)
     local_from_world[:3, 3] = -job.scene.origin_ws
@@ -162,7 +167,14 @@ def npz_arrays(outcome: Outcome, wanted: tuple[str, ...]) -> dict[str, np.ndarra
     projections = frame.plan.projections if frame.plan else ()
     arrays["shadow_clip_from_world"] = np.array([p.clip_from_world @ local_from_world for p in projections]).reshape(-1, 4, 4)
     arrays["partition_bounds"] = np.array([p.depth_range for p in projections]).reshape(-1, 2)
+    if any(p.log is not None for p in projections):
+        arrays["shadow_log_warp"] = np.array([_log_numbers(p.log) for p in projections])
     return arrays
+
+
+def _log_numbers(log: LogWarp | None) -> tuple[float, ...]:
+    """What `shadow_log_warp` holds of a map; NaN of one that is not logarithmic."""
+    return (nan,) * 5 if log is None else (log.scale, log.offset, log.base, log.slope, float(log.perspective_s))
 
 
 def write_npz(path: Path, outcome: Outcome, wanted: tuple[str, ...]) -> None:

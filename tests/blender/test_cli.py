@@ -137,6 +137,34 @@ def test_npz_keeps_the_contract(main, cube_blend, tmp_path):
     assert ((data["shadow"] >= 0.0) & (data["shadow"] <= 1.0)).all()
 
 
+@pytest.mark.parametrize("warp", ["log", "logpsm", "lispsm-general"])
+def test_npz_says_where_every_texel_of_a_logarithmic_map_lies(main, cube_blend, tmp_path, warp):
+    """t of LogPSM 5.43 from the file alone, against what drew the maps: what m is the Jacobian of."""
+    out = ["-o", str(tmp_path), "--quiet", "--warp", warp, "--partitions", "2"]
+    assert main(["preview", str(cube_blend), *out, "--format", "npz", "--passes", "depth,partition,aliasing", *SMALL]) == 0
+    data = np.load(tmp_path / "cube.npz")
+    if warp == "lispsm-general":
+        assert "shadow_log_warp" not in data.files
+        return
+    numbers = data["shadow_log_warp"]
+    assert numbers.shape == (len(data["partition_bounds"]), 5)
+    seen = np.argwhere(data["partition"] >= 0)
+    y, x = seen.T
+    near = data["clip_from_view"]
+    z = data["depth"][y, x]
+    ndc = np.stack([2.0 * (x + 0.5) / 96 - 1.0, 1.0 - 2.0 * (y + 0.5) / 64], axis=-1)
+    view = np.column_stack([ndc / np.diag(near)[:2] * z[:, None], -z, np.ones(len(z))])
+    points = view @ np.linalg.inv(data["view_from_world"]).T
+    index = data["partition"][y, x]
+    clip = np.einsum("pij,pj->pi", data["shadow_clip_from_world"][index], points)
+    scale, offset, base, slope, is_divided = numbers[index].T
+    t = scale * np.log2(clip[:, 3] / (base + slope * clip[:, 3])) + offset
+    s = np.where(is_divided == 1.0, clip[:, 0] / clip[:, 3], clip[:, 0])
+    assert set(is_divided) == {1.0 if warp == "logpsm" else 0.0}
+    assert (np.abs(s) <= 1.0 + 1e-6).all() and (np.abs(t) <= 1.0 + 1e-6).all()  # every receiver lies in its map
+    assert np.ptp(t) > 0.2
+
+
 def test_npz_matrices_start_from_true_world_coordinates(main, cube_scene, blend, tmp_path):
     for ob in cube_scene.objects:
         ob.location.x += 5000.0
