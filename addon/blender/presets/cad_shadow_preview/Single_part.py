@@ -6,7 +6,7 @@ settings = bpy.context.scene.cad_shadow
 
 settings.warp = "lispsm-general"
 settings.partition = "none"
-settings.map_size = 4096
+settings.map_size = 2048
 settings.test = "triangle"
-settings.samples = "9"
+settings.samples = "16"
 settings.fit = "samples"
