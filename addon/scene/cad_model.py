@@ -7,9 +7,11 @@ unit and axes have been applied to meshes and matrices, so no part carries an od
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from ..maths.spaces import linear
 from .records import frozen
 
 CREASED = "cad_shadow_creased"
@@ -148,11 +150,22 @@ class CadModel:
         return world
 
     def bounds(self) -> np.ndarray:
-        """(2, 3) float64 axis-aligned bounds of the vertices of all parts, metres; of those that are not hidden where there are such."""
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        """(2, 3) float64 axis-aligned bounds of the vertices of all parts, metres; of those that are not hidden where there are such.
+        Worked out once, and once for all parts of a mesh that are turned alike."""
+        return self._bounds
+
+    @cached_property
+    @np.errstate(under="ignore")
+    def _bounds(self) -> np.ndarray:
         has_shown = any(part.mesh >= 0 and not part.is_hidden for part in self.parts)
+        turned: dict[tuple[int, bytes], np.ndarray] = {}
+        boxes = [np.array([[np.inf] * 3, [-np.inf] * 3])]
         for part, matrix in zip(self.parts, self.world_from_part(), strict=True):
             if part.mesh >= 0 and not (part.is_hidden and has_shown) and len(self.meshes[part.mesh].positions):
-                points = self.meshes[part.mesh].positions.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-                low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
-        return np.stack([low, high])
+                key = part.mesh, matrix[:3, :3].tobytes()
+                if key not in turned:
+                    points = linear(matrix[:3, :3], self.meshes[part.mesh].positions.T.astype(np.float64))
+                    turned[key] = np.stack([points.min(axis=1), points.max(axis=1)])
+                boxes.append(turned[key] + matrix[:3, 3])
+        every = np.stack(boxes)
+        return frozen(np.stack([every[:, 0].min(axis=0), every[:, 1].max(axis=0)]), np.float64)
