@@ -19,6 +19,7 @@ from ..scene.looks import NO_SHADOW
 from .device import Device
 from .geometry.draw_list import DrawList
 from .gl.gl_raw import finish
+from .gl.machine import MEBI, chosen
 from .gl.readback import read_texture
 from .passes.gbuffer import GBuffer, surface_points_ws
 from .passes.reach_sums import ReachSums, SurfacePlaces, walks
@@ -29,9 +30,11 @@ BATCH_BYTES = 192 << 20  # of maps that are drawn before they are looked up
 
 
 def batch_of(choice: ReachChoice) -> int:
-    """Maps that are there at once."""
+    """Maps that are there at once: as many as fit into `BATCH_BYTES`, or half of what the machine may use."""
+    limit = chosen().memory_mib * MEBI // 2
+    room = min(BATCH_BYTES, limit) if limit else BATCH_BYTES
     numbers = (3 if walks(choice.test) else 1) * (2 if choice.test.has_outlines else 1)
-    return max(1, min(MAX_MAPS, BATCH_BYTES // (choice.size * choice.size * 4 * numbers)))
+    return max(1, min(MAX_MAPS, room // (choice.size * choice.size * 4 * numbers)))
 
 
 def add_lights(

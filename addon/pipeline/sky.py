@@ -2,7 +2,7 @@
 
 It does not depend on the view: what is off the picture, or behind what it shows, shades too. It is counted at the pixels' centres; camera
 samples look it up (`passes/sky_light.py`). Each direction brings 1/n of the light, so that its shadow's edge may be out of place by more
-than a hard shadow's: a texel covers about √n pixels (of an error m of √n, as `maths/error/theory.py` counts it).
+than a hard shadow's: a texel covers about √n / 4 pixels (an error m of √n / 4, as `maths/error/theory.py` counts it).
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from .reach import add_lights, seen_places
 from .reach_choice import COSINES, ReachChoice
 
 SMOOTH = ShadowTestChoice(kind="depth")  # edges out of place by a texel do not show; the exact test takes three times as long
-LEAST_SIZE, MOST_SIZE = 512, 2048
+LEAST_SIZE, MOST_SIZE = 1024, 2048  # below, thin parts far away would stop nothing
 AO = "ao"
 
 
 def sky_map_size(samples: int, size: tuple[int, int]) -> int:
-    """Texels a side of each of so many maps for a picture of `size`: as many as pixels on its longer side over the fourth root of the
-    number, in steps of 64."""
-    wanted = max(size) * samples**-0.25
+    """Texels a side of each of so many maps for a picture of `size`: twice as many as pixels on its longer side over the fourth root of
+    the number, in steps of 64."""
+    wanted = 2.0 * max(size) * samples**-0.25
     return int(np.clip(64 * round(wanted / 64), LEAST_SIZE, MOST_SIZE))
 
 

@@ -52,8 +52,8 @@ def test_the_pass_is_the_same_whatever_the_sky_of_the_picture(renderer):
 
 def test_where_nothing_stands_in_the_way_every_sky_that_is_even_is_the_flat_one(renderer):
     scene = scenes.scene_of(scenes.ball((0.0, 0.0, 1.0), 1.0))
-    flat, sky = (drawn(renderer, scene, kind=kind, count=512)["combined"] for kind in ("off", "uniform"))
-    at_most(np.abs(flat - sky).max(), 0.012)
+    flat, sky = (drawn(renderer, scene, kind=kind, count=256)["combined"] for kind in ("off", "uniform"))
+    at_most(np.abs(flat - sky).max(), 0.02)
 
 
 def test_corners_get_less_and_the_rest_what_it_got(renderer):
@@ -145,4 +145,4 @@ def test_it_can_be_given_up_between_its_maps(renderer):
 def test_more_samples_need_smaller_maps():
     sizes = [sky_map_size(n, (1920, 1080)) for n in (4, 16, 64, 256, 1024)]
     assert sizes == sorted(sizes, reverse=True) and all(s % 64 == 0 for s in sizes)
-    agree(sky_map_size(16, (1920, 1080)), 960, abs=64)
+    agree(sky_map_size(64, (1920, 1080)), 1358, abs=64)
