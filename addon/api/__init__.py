@@ -10,6 +10,7 @@ this call only. Errors are `addon.errors.UserError`s with a line that says what 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
@@ -123,7 +124,7 @@ def preview(
     fov_y_deg: float | None = None,
     near: float | None = None,
     far: float | None = None,
-    light: str | None = None,
+    light: str | Sequence[str] | None = None,
     light_direction: Point | None = None,
     size: tuple[int, int] | None = None,
     passes: tuple[str, ...] = ALL_PASSES,
@@ -135,7 +136,7 @@ def preview(
     """Render a scene (default: the one in the window) exactly as F12 would, and keep the result in memory.
 
     The view is `camera` (a name), `view` ('iso', 'front', …) or `eye` with `target`, in world metres; else the scene's camera. The light
-    is `light` (a name) or `light_direction` (towards the light); else the scene's. `ortho` makes `view` or `eye` a parallel projection,
+    is `light` (names) or `light_direction` (towards the light); else the scene's. `ortho` makes `view` or `eye` a parallel projection,
     `frame` is that of the animation, `view_layer` (a name) the only one rendered. `options` override the scene's settings.
     """
     scene = scene or bpy.context.scene

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import radians
 
 import bpy
 
 from ..blender.properties import settings_from
 from ..blender.render_wish import RenderWish
-from ..scene.asked_view import Lens, Point, camera_maker, light_maker
+from ..scene.asked_view import Lens, Point, camera_maker, light_maker, names_of
 from ..settings.combinations import idle
 from ..settings.options import with_options
 
@@ -26,7 +27,7 @@ def wish_for(
     fov_y_deg: float | None = None,
     near: float | None = None,
     far: float | None = None,
-    light: str | None = None,
+    light: str | Sequence[str] | None = None,
     light_direction: Point | None = None,
     size: tuple[int, int] | None = None,
     ortho: bool = False,
@@ -37,7 +38,7 @@ def wish_for(
     """What the engine is asked for; `options` of the method override the scene's settings. Raises `SettingsError`.
 
     `camera` (a name), `view` ('iso', 'front', …) or `eye` with `target`, in world metres; else the scene's camera. `fov_y_deg`, `near`,
-    `far` change its lens. `light` (a name) or `light_direction` (towards the light); else the scene's. `size` (width, height) in pixels.
+    `far` change its lens. `light` (names) or `light_direction` (towards the light); else the scene's. `size` (w, h) in pixels.
     `ortho`: `view` or `eye` as a parallel projection. `frame` of the animation; `view_layer` (a name): the only one that is rendered.
     """
     settings = with_options(settings_from(scene.cad_shadow), options)
@@ -54,4 +55,5 @@ def wish_for(
         is_drawing=view is not None,
         frame=frame,
         view_layer=view_layer,
+        more_lights=names_of(light)[1:],
     )

@@ -14,7 +14,7 @@ from ..studies.impostors.asked import choice_of
 from ..studies.run import on_worker
 from ..studies.staged import is_ready, key_of, prepared, staged
 from .snapshot import Collected, camera_from_region
-from .sources import SLICE_S, light_for, settings_of, view_reader
+from .sources import SLICE_S, light_for, others_for, settings_of, view_reader
 
 
 def pixel_size(chosen: str, of_screen: float) -> int:
@@ -68,10 +68,13 @@ class LiveScene:
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
         light, _ = light_for(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = settings_of(depsgraph.scene)
+        more, _ = others_for(depsgraph.scene.cad_shadow, self._scene, light, settings)
         self._scene, camera, light = based_near(self._scene, camera, light)
-        scene = self._scene.lit_by(light)
+        scene = self._scene if more else self._scene.lit_by(light)
+        others = tuple(scene.lights[i] for i in more)
         impostors = choice_of(self._scene, settings.impostor)
-        job = Job(scene, camera, light, settings, size, measure=False, is_live=True, impostors=impostors, name="viewport", keeps_depth=True)
+        kinds = {"measure": False, "is_live": True, "keeps_depth": True}
+        job = Job(scene, camera, light, settings, size, others=others, impostors=impostors, name="viewport", **kinds)
         return staged(job) if self._is_staged(job) else None
 
     def _is_staged(self, job: Job) -> bool:

@@ -22,7 +22,7 @@ from ..settings.combinations import applies
 from ..settings.groups import Settings
 from ..settings.option import Option
 from ..settings.options import OPTIONS, with_its_test, with_options
-from ..settings.versions import STRENGTH_1, TEST_1, light_since_1
+from ..settings.versions import LIGHTS_2, STRENGTH_1, TEST_1, light_since_1
 from ..settings.versions import VERSION as SETTINGS_VERSION
 from .animation import curves_of
 from .redraw import on_change
@@ -250,9 +250,11 @@ def stamp_version(*_unused: object) -> None:
 def migrate(*_unused: object) -> None:
     """After a file is loaded, turn the settings of older versions into what they mean now. What no version ever saved is new."""
     for scene in bpy.data.scenes:
-        if scene.cad_shadow.settings_version == 1 and scene.library is None:
-            _mark_creased(scene)
-            _migrate_from_1(scene)
+        if scene.cad_shadow.settings_version < SETTINGS_VERSION and scene.library is None:
+            if scene.cad_shadow.settings_version == 1:
+                _mark_creased(scene)
+                _migrate_from_1(scene)
+            store(scene.cad_shadow, {"lights": LIGHTS_2})
             scene.cad_shadow.settings_version = SETTINGS_VERSION
 
 

@@ -30,7 +30,7 @@ class RenderWish:
     None leaves to the scene what it says: its camera, light, settings, size. `camera(scene, size)` and `light(scene, camera)` make theirs;
     `lens` changes whatever camera it is. `is_drawing`: the camera is a standard view, to be lit as drawings are. With `reads_only` the
     engine notes the `job` and draws nothing. `marked`: what counts as marked as impostors instead of what the file marks.
-    `frame`: that of the animation; `view_layer`: the only one that is rendered.
+    `frame`: that of the animation; `view_layer`: the only one that is rendered. `more_lights` beside `light`, by their names.
     """
 
     name: str
@@ -46,6 +46,7 @@ class RenderWish:
     marked: Sequence[bpy.types.ID] | None = None
     frame: int | None = None
     view_layer: str | None = None
+    more_lights: tuple[str, ...] = ()
     job: Job | None = field(default=None, init=False)
     outcome: Outcome | None = field(default=None, init=False)
     error: UserError | None = field(default=None, init=False)

@@ -14,9 +14,9 @@ from ..errors import SceneError
 from ..maths.view import Camera, Light
 from ..pipeline.job import Job
 from ..pipeline.render_passes import ENGINE_PASSES, LAYER_PASSES, RENDER_PASSES
-from ..scene.asked_view import sun_from
+from ..scene.asked_view import named_light, sun_from
 from ..scene.default_view import default_sun, world_sun
-from ..scene.light_choice import best_light
+from ..scene.light_choice import best_light, is_notably_soft, lighting
 from ..scene.local_origin import based_near
 from ..scene.records import Scene
 from ..settings.groups import Settings
@@ -58,15 +58,18 @@ def job_for_render(depsgraph: bpy.types.Depsgraph) -> Job:
     light, light_warnings = light_for(blender_scene.cad_shadow, scene, camera, wish)
     asked = wish.settings or settings_from(blender_scene.cad_shadow)
     settings, world_warnings = surrounded(asked, blender_scene, depsgraph.view_layer)
-    warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings, *world_warnings)
+    more, more_warnings = others_for(blender_scene.cad_shadow, scene, light, settings, wish)
+    warnings = (*wish.warnings, *scene.warnings, *camera_warnings, *light_warnings, *more_warnings, *world_warnings)
     layer = depsgraph.view_layer
     switched = (
         name for name in LAYER_PASSES if RENDER_PASSES[name].blender.flag and getattr(layer, RENDER_PASSES[name].blender.flag, False)
     )
     passes = tuple(dict.fromkeys((*ENGINE_PASSES, *switched, *wish.passes)))
-    scene, camera, light = based_near(scene.lit_by(light), camera, light)
+    scene, camera, light = based_near(scene if more else scene.lit_by(light), camera, light)
     impostors = choice_of(scene, settings.impostor, fresh=settings.impostor.fresh)
-    job = staged(Job(scene, camera, light, settings, size, passes, impostors=impostors, name=wish.name, sync_ms=sync_ms, warnings=warnings))
+    others = tuple(scene.lights[i] for i in more)
+    job = Job(scene, camera, light, settings, size, passes, others=others, impostors=impostors, name=wish.name, sync_ms=sync_ms)
+    job = staged(replace(job, warnings=warnings))
     return replace(job, camera=seeing_ground(camera, job.scene)) if wish.camera is not None or blender_scene.camera is None else job
 
 
@@ -141,7 +144,8 @@ class ViewReading:
         camera, size, camera_warnings = _view_camera(context, scene)
         light, light_warnings = light_for(context.scene.cad_shadow, scene, camera)
         settings, world_warnings = surrounded(settings_from(context.scene.cad_shadow), context.scene, context.view_layer)
-        scene, camera, light = based_near(scene.lit_by(light), camera, light)
+        more, more_warnings = others_for(context.scene.cad_shadow, scene, light, settings)
+        scene, camera, light = based_near(scene if more else scene.lit_by(light), camera, light)
         job = Job(
             scene,
             camera,
@@ -149,10 +153,11 @@ class ViewReading:
             settings,
             size,
             ENGINE_PASSES,
+            others=tuple(scene.lights[i] for i in more),
             impostors=choice_of(scene, settings.impostor),
             name=bpy.data.filepath or "unsaved scene",
             sync_ms=self._seconds * 1e3,
-            warnings=(*scene.warnings, *camera_warnings, *light_warnings, *world_warnings),
+            warnings=(*scene.warnings, *camera_warnings, *light_warnings, *more_warnings, *world_warnings),
         )
         return staged(job)
 
@@ -203,7 +208,7 @@ def _scene_camera(
 def light_for(
     props: bpy.types.PropertyGroup, scene: Scene, camera: Camera, wish: RenderWish | None = None
 ) -> tuple[Light, tuple[str, ...]]:
-    """The one light that casts shadows, and a warning when it had to be made up or others are left out.
+    """The main light, and a warning when it had to be made up.
 
     One that is made up stands in the world. Only the standard views, which are drawings rather than places, have one each.
     """
@@ -222,8 +227,28 @@ def light_for(
     if light is None:
         sun = default_sun(camera) if wish is not None and wish.is_drawing else world_sun()
         return sun, (FAINT_LIGHT.format(scene.lights[0].name) if scene.lights else NO_LIGHT,)
-    others = len(scene.lights) - 1
-    return light, ((f"'{light.name}' casts the shadows; {others} other light{'s' * (others > 1)} left out.",) if others else ())
+    return light, ()
+
+
+def others_for(
+    props: bpy.types.PropertyGroup, scene: Scene, light: Light, settings: Settings, wish: RenderWish | None = None
+) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """Which of the scene's lights light the picture beside the main one, and what should be said of them."""
+    asked = wish is not None and wish.light is not None
+    if asked:
+        found = tuple(scene.lights.index(named_light(scene, name)) for name in wish.more_lights)
+    elif props.light_source == "AUTOMATIC" and light in scene.lights:
+        found = tuple(i for i in lighting(scene.lights, scene.instance_bounds_ws()) if scene.lights[i] is not light)
+    else:
+        found = ()
+    warnings = []
+    if found and settings.lights.which == "one" and not asked:
+        warnings.append(f"'{light.name}' casts the shadows; {len(found)} other light{'s' * (len(found) > 1)} left out (Lights: One).")
+        found = ()
+    soft = [one.name for one in (light, *(scene.lights[i] for i in found)) if is_notably_soft(one)]
+    if soft and settings.lights.samples == 0:
+        warnings.append(f"{', '.join(soft[:3])}{', …' * (len(soft) > 3)}: shadows are hard, from the middle. Soft ones: set Light Samples.")
+    return found, tuple(warnings)
 
 
 def settings_of(blender_scene: bpy.types.Scene) -> Settings:

@@ -80,9 +80,7 @@ SUPPORT: tuple[Support, ...] = (
         HONOURED,
         "an emission's colour and strength; a light whose nodes cannot be followed is named",
     ),
-    Support("Light", "angle", WARNED, "The sun's angle (soft shadows) is left out: shadows are hard.", "sun_angle"),
-    Support("Light", "shadow_soft_size", WARNED, "The lamp's radius (soft shadows) is left out: shadows are hard.", "lamp_radius"),
-    Support("Light", "shape size size_y", WARNED, "An area light shines from its middle, with hard shadows.", "area"),
+    Support("Light", "angle shadow_soft_size shape size size_y", HONOURED, "soft shadows, where Light Samples are above 0; else said"),
     Support("Light", "normalize", WARNED, "Normalize off is left out: the light is as strong as with it.", "not_normalized"),
     Support("Light", "use_square", IDLE, "the square of a spot is Blender Internal's; Cycles and EEVEE draw the cone"),
     Support(

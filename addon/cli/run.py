@@ -13,7 +13,7 @@ from ..blender.inputs import activated, open_deck, open_input
 from ..blender.properties import settings_from
 from ..blender.render_wish import RenderWish
 from ..errors import UserError
-from ..scene.asked_view import Lens, camera_maker, light_maker
+from ..scene.asked_view import Lens, camera_maker, light_maker, names_of
 from ..scene.reading import limits
 from ..scene.user_files import Key, Noted, run_of_inputs
 from ..settings.groups import Settings
@@ -103,5 +103,5 @@ def wish_for(name: str, args: argparse.Namespace, settings: Settings, warnings: 
     light = light_maker(args.light, args.light_direction)
     complaints = (*warnings, *idle_options(settings, args))
     lens, is_drawing = Lens(None if args.ortho else half_fov, args.near, args.far), args.view is not None
-    moment = {"frame": args.frame, "view_layer": args.view_layer}
+    moment = {"frame": args.frame, "view_layer": args.view_layer, "more_lights": names_of(args.light)[1:]}
     return RenderWish(name, (), camera, light, settings, lens, args.size, complaints, is_drawing, **moment)

@@ -157,7 +157,10 @@ def add_view(parser: argparse.ArgumentParser, has_light_direction: bool = True) 
     group.add_argument("--view-layer", metavar="NAME", help="only this view layer of the scene")
     light = parser.add_argument_group("light").add_mutually_exclusive_group()
     light.add_argument(
-        "--light", metavar="NAME", help="a sun, spot or point light of the scene (default: the strongest sun, else one from the upper left)"
+        "--light",
+        metavar="NAME",
+        action="append",
+        help="a light of the scene, may be given several times (default: all that reach the model, else a sun from the upper left)",
     )
     if has_light_direction:
         light.add_argument("--light-direction", type=direction, metavar="X,Y,Z", help="a sun; the direction towards it")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import tan
 from typing import Any
@@ -77,13 +77,19 @@ def camera_maker(
     return None
 
 
-def light_maker(name: str | None, direction: Point | None) -> LightMaker | None:
-    """How to make the light asked for by name or as a sun's direction; None: nothing was asked for."""
-    if name is not None:
-        return lambda scene, camera: named_light(scene, name)
+def light_maker(name: str | Sequence[str] | None, direction: Point | None) -> LightMaker | None:
+    """How to make the light asked for by name (the first of several) or as a sun's direction; None: nothing was asked for."""
+    names = names_of(name)
+    if names:
+        return lambda scene, camera: named_light(scene, names[0])
     if direction is not None:
         return lambda scene, camera: sun_from(direction)
     return None
+
+
+def names_of(name: str | Sequence[str] | None) -> tuple[str, ...]:
+    """The lights asked for by name, each once."""
+    return () if name is None else (name,) if isinstance(name, str) else tuple(dict.fromkeys(name))
 
 
 def _middle(scene: Scene) -> Point:

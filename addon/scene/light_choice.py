@@ -1,4 +1,4 @@
-"""Which light of a scene lights the picture: by what reaches the surfaces that the camera sees. No bpy, no GL."""
+"""Which lights of a scene light the picture: by what reaches the surfaces that the camera sees. No bpy, no GL."""
 
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ LEAST_SHARE = 0.02
 """Of the rays through the picture that a lamp must reach."""
 RAYS = (16, 12)
 MOST_BOXES = 4096
+UNSEEN = 0.002
+"""Irradiance, mean of the channels in W/m², that a white surface shows as less than a sixth of the smallest step of an 8-bit picture."""
+SOFT_SUN_RAD, SOFT_RADIUS_M = 0.01, 0.11
+"""Half angle and radius up to which nobody wishes soft shadows: those of new lights."""
 
 
 def strength(light: Light) -> float:
@@ -38,6 +42,29 @@ def best_light(lights: Sequence[Light], camera: Camera, boxes_ws: np.ndarray) ->
         if reaching:
             return max(reaching, key=lambda light: float(np.minimum(found[light], 1.0).mean()))
     return max(suns, key=strength, default=None)
+
+
+def lighting(lights: Sequence[Light], boxes_ws: np.ndarray) -> tuple[int, ...]:
+    """Which of the lights can be seen anywhere: all but those that give less than `UNSEEN` at the nearest place of what stands in the scene
+    (`boxes_ws` (I, 2, 3)), however it is turned. The strongest there come first."""
+    nearest = {i: _nearest(light, boxes_ws) for i, light in enumerate(lights)}
+    return tuple(sorted((i for i, found in nearest.items() if found >= UNSEEN), key=lambda i: -nearest[i]))
+
+
+def _nearest(light: Light, boxes_ws: np.ndarray) -> float:
+    """The most irradiance that a light gives within the boxes: a sun its own, a lamp at the nearest place of any of its parts."""
+    mean = strength(light) / 3.0
+    if light.kind == "sun" or not len(boxes_ws):
+        return mean
+    reach = light.radius + (0.0 if light.half_axes_ws is None else float(np.linalg.norm(light.half_axes_ws, axis=1).sum()))
+    gaps = np.maximum(np.maximum(boxes_ws[:, 0] - light.position_ws, light.position_ws - boxes_ws[:, 1]), 0.0)
+    away = max(float(np.linalg.norm(gaps, axis=1).min()) - reach, 1e-3)
+    return mean / away**2
+
+
+def is_notably_soft(light: Light) -> bool:
+    """Whether somebody has made a light softer than new ones are."""
+    return light.half_axes_ws is not None or light.half_angle_rad > SOFT_SUN_RAD or light.radius > SOFT_RADIUS_M
 
 
 def seen_places(camera: Camera, boxes_ws: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -1,7 +1,7 @@
 """The version of settings in files, and what older ones mean now. No bpy.
 
 Version 1 showed a light of irradiance E as E·albedo (now E·albedo/π), 0.85 of it by default, under a sky and before a background of its
-own wherever the scene has a world.
+own wherever the scene has a world. Version 2 drew one light of a scene.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from math import pi
 from ..errors import SettingsError
 from .groups import BRIGHTEST
 
-VERSION = 2
+VERSION = 3
 KEY = "settings_version"
 TEST_1 = "depth"
+LIGHTS_2 = "one"
+"""How many of a scene's lights the first two versions drew."""
 STRENGTH_1 = 0.85
 """The light strength that version 1 had where none was set, and its shadow test."""
 
@@ -34,6 +36,8 @@ def migrated(content: Mapping[str, object]) -> dict[str, object]:
         for table in (now, now.get("shading")):
             if isinstance(table, dict):
                 _brighten(table)
+    if KEY in content and version < 3 and not isinstance(now.get("lights"), Mapping):
+        now.setdefault("lights", LIGHTS_2)
     return now
 
 

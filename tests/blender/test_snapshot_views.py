@@ -66,11 +66,14 @@ def test_lights_point_where_blenders_do(blend):
     hidden.hide_viewport = hidden.hide_render = True
     scene = read()
     found = {entry.name: entry for entry in scene.lights}
-    assert set(found) == {"sun", "spot", "point", "area"} and any("'area'" in w for w in scene.warnings)
+    assert set(found) == {"sun", "spot", "point", "area"}
     shining = bpy.data.objects["sun"].matrix_world.to_3x3() @ Vector((0, 0, -1))
     assert np.allclose(found["sun"].direction_ws, -shining.normalized(), atol=1e-6) and np.allclose(found["sun"].color, (3, 3, 3))
     assert np.allclose(found["spot"].position_ws + scene.origin_ws, (1001, 2, 3)) and np.isclose(found["spot"].cone_rad, 0.5)
     assert np.allclose(found["spot"].color, np.array([1, 0.5, 0]) * 100 / (4 * pi)) and np.isclose(found["spot"].cone_blend, 0.3)
+    assert np.allclose(found["area"].half_axes_ws, np.eye(3)[:2] * 0.5 * bpy.data.lights["area"].size)
+    assert np.isclose(found["sun"].half_angle_rad, bpy.data.lights["sun"].angle / 2.0)
+    assert np.isclose(found["point"].radius, bpy.data.lights["point"].shadow_soft_size)
     assert np.allclose(found["point"].position_ws + scene.origin_ws, (1004, 0, 1)) and found["point"].direction_ws is None
 
 

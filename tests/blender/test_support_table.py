@@ -56,14 +56,6 @@ def freestyle(scene):
     scene.render.use_freestyle = bpy.context.view_layer.use_freestyle = True
 
 
-def sun_angle(scene):
-    scene.objects["Sun"].data.angle = 0.1
-
-
-def lamp_radius(scene):
-    judge.lamp("POINT", (0.0, 0.0, 5.0), shadow_soft_size=0.5)
-
-
 def passes(scene):
     bpy.context.view_layer.use_pass_uv = bpy.context.view_layer.use_pass_diffuse_color = True
 
@@ -76,8 +68,6 @@ WORDS = {
     depth_of_field: "Depth of field",
     motion_blur: "Motion blur",
     freestyle: "Freestyle",
-    sun_angle: "sun's angle",
-    lamp_radius: "radius",
     passes: "UV",
     geometry: "hair curves (hair)",
 }

@@ -39,3 +39,10 @@ def test_an_unknown_version_is_refused(version):
 def test_odd_values_are_left_for_the_check():
     assert migrated({"light_strength": "bright"}) == {"light_strength": "bright"}
     assert migrated({"light_strength": -1.0}) == {"light_strength": -1.0}
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_files_of_versions_that_drew_one_light_keep_it(version):
+    assert migrated({"settings_version": version, "map_size": 512})["lights"] == "one"
+    assert migrated({"settings_version": version, "lights": "all"})["lights"] == "all"
+    assert migrated({"settings_version": VERSION, "map_size": 512}) == {"map_size": 512}

@@ -8,8 +8,6 @@ import bpy
 
 from ..support import SUPPORT, WARNED, row_of
 
-SOFT_SUN_RAD, SOFT_RADIUS_M = 0.02, 0.11
-"""Above what new lights have, which is nobody's wish."""
 Question = Callable[[bpy.types.Depsgraph, list[bpy.types.Object]], "bool | str"]
 
 
@@ -52,9 +50,6 @@ def _depth_of_field(depsgraph: bpy.types.Depsgraph, _lights: list[bpy.types.Obje
 
 
 QUESTIONS: dict[str, Question] = {
-    "sun_angle": _any_light(lambda data: data.type == "SUN" and data.angle > SOFT_SUN_RAD),
-    "lamp_radius": _any_light(lambda data: data.type in ("POINT", "SPOT") and data.shadow_soft_size > SOFT_RADIUS_M),
-    "area": _any_light(lambda data: False),  # said of each, by name, where it is read
     "not_normalized": _any_light(lambda data: not getattr(data, "normalize", True)),
     "depth_of_field": _depth_of_field,
     "passes": _passes,

@@ -15,7 +15,6 @@ from .nodes import Plug, Surroundings, Unfollowable
 from .shaders import closures
 
 MAX_CONE_RAD = 1.5
-HARD_PANEL = "Area light '{}' casts hard shadows here, from its middle."
 
 
 def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origin_ws: np.ndarray) -> tuple[Light | None, str]:
@@ -43,15 +42,20 @@ def light_from_object(ob: bpy.types.Object, world_from_object: np.ndarray, origi
         "casts": bool(getattr(data, "use_shadow", True)),
     }
     if data.type == "SUN":
-        return Light("sun", direction, None, **common), warnings
+        return Light("sun", direction, None, half_angle_rad=min(max(float(data.angle) / 2.0, 0.0), pi / 2.0), **common), warnings
     if data.type == "POINT":
-        return Light("point", None, position, **common), warnings
+        return Light("point", None, position, radius=float(data.shadow_soft_size), **common), warnings
     if data.type == "SPOT":
         light, narrowed = _spot(data, name, world_from_object, direction, position, common)
         return light, narrowed or warnings
     half_spread = float(data.spread) / 2.0
     cone = min(max(half_spread, 1e-3), MAX_CONE_RAD)
-    return Light("spot", direction, position, cone, 0.0, spread_rad=half_spread, **common), warnings or HARD_PANEL.format(name)
+    width, height = float(data.size), float(data.size_y if data.shape in ("RECTANGLE", "ELLIPSE") else data.size)
+    common |= {
+        "half_axes_ws": np.stack([0.5 * width * world_from_object[:3, 0], 0.5 * height * world_from_object[:3, 1]]),
+        "is_round": data.shape in ("DISK", "ELLIPSE"),
+    }
+    return Light("spot", direction, position, cone, 0.0, spread_rad=half_spread, **common), warnings
 
 
 def _spot(
@@ -59,6 +63,7 @@ def _spot(
 ) -> tuple[Light | None, str]:
     """A spot: its cone is as wide as its scale makes it."""
     linear, half = world_from_object[:3, :3], float(data.spot_size) / 2.0
+    common = {**common, "radius": float(data.shadow_soft_size)}
     cone = min(half, MAX_CONE_RAD)
     warning = f"Spot '{name}' opens wider than 172°: taken as 172°." if half > MAX_CONE_RAD else ""
     scale = np.linalg.norm(linear, axis=0)
