@@ -250,7 +250,7 @@ def stamp_version(*_unused: object) -> None:
 def migrate(*_unused: object) -> None:
     """After a file is loaded, turn the settings of older versions into what they mean now. What no version ever saved is new."""
     for scene in bpy.data.scenes:
-        if scene.cad_shadow.settings_version < SETTINGS_VERSION and scene.library is None:
+        if 0 < scene.cad_shadow.settings_version < SETTINGS_VERSION and scene.library is None:
             if scene.cad_shadow.settings_version == 1:
                 _mark_creased(scene)
                 _migrate_from_1(scene)

@@ -114,6 +114,8 @@ def test_a_light_linked_to_others_lights_those_alone_among_several(tmp_path):
 def test_scenes_of_older_versions_keep_their_one_light(room):
     properties = room("blender.properties")
     scene = bpy.context.scene
+    properties.migrate()
+    assert scene.cad_shadow.lights == "all", "a new scene"
     scene.cad_shadow.settings_version = 2
     properties.migrate()
     assert (scene.cad_shadow.lights, scene.cad_shadow.settings_version) == ("one", properties.SETTINGS_VERSION)
