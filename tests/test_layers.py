@@ -46,7 +46,7 @@ FLOORS = {
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl reach_choice < geometry < detail < passes < device < impostors < job < many_lights reach overlay"
-    " render_passes < sky < stages < summing < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
+    " render_passes < light_batches sky < stages < summing < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
     "addon/pipeline/detail": "bodies choice distance < collapse < child kept < making < drawn < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",

@@ -20,7 +20,8 @@ class Frame:
     normal (h, w, 3) world, object (h, w) int32, partition (h, w) int32, aliasing (h, w, 3), and with 'texel' shadow_depth (k, N, N).
     `plan` the shadow projections used (None when there was no light); `timing_ms` and `geometry` as in the report;
     `gl` {"renderer", "version"}; `measured` the error statistics (maths.error.aliasing.aliasing_statistics).
-    `impostors` one `ImpostorReport` per impostor asked for. `view_depth` (h, w), 0 where nothing is seen, where the job keeps it.
+    `impostors` one `ImpostorReport` per impostor asked for, `lights` one `LightReport` per light. `view_depth` (h, w), 0 where nothing is
+    seen, where the job keeps it.
     """
 
     passes: dict[str, np.ndarray]
@@ -32,6 +33,21 @@ class Frame:
     warnings: tuple[str, ...] = field(default=())
     impostors: tuple[ImpostorReport, ...] = field(default=())
     view_depth: np.ndarray | None = None
+    lights: tuple[LightReport, ...] = field(default=())
+
+
+@dataclass(frozen=True, slots=True)
+class LightReport:
+    """One light of one frame. `strength` mean of its colour's channels; `samples` hard lights that stood for it; `ms` they took, None where
+    nobody measured; `error` the standard error of its part of the picture, root mean square over pixels and channels, from the spread of
+    its batches of samples: an upper bound, as even samples err less than independent ones. 0 of a hard light, None where unknown."""
+
+    name: str
+    kind: str
+    strength: float | None
+    samples: int
+    ms: float | None = None
+    error: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,7 +36,7 @@ class HardLight:
     part: float
 
 
-AddLight = Callable[[Job, Sequence[SummedView], float], None]
+AddLight = Callable[[Job, Sequence[SummedView], HardLight], None]
 """Draw the maps of a job with a hard light, and add a part of what it lights to the sums of all views."""
 
 
@@ -100,7 +100,7 @@ def add_up(job: Job, views: Sequence[SummedView], sources: Sequence[LightSource]
     for number, step in enumerate(todo):
         go_on(number / len(todo))
         lit = replace(job, scene=job.scene.lit_by(step.light), light=step.light, others=())
-        add(lit, views, step.part)
+        add(lit, views, step)
         for view in views:
             view.sums.added(step.part)
     for view in views:

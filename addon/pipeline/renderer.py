@@ -34,7 +34,7 @@ from .render_passes import made_passes
 from .render_passes.row import ShadedImages
 from .shading import shade
 from .sky import AO, ambient_occlusion, sky_light
-from .stages import cast, coarse_casters, draw_surfaces, plan_of, shadow_maps_of, wants_data
+from .stages import Shaded, cast, coarse_casters, draw_surfaces, plan_of, shadow_maps_of, wants_data
 
 Task = Callable[..., object]
 """What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
@@ -114,10 +114,10 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     clock.lap("shadow")
     device.sky = sky_light(device, job, draw_list, lambda part, stage: ticket.enter(0.4 + 0.3 * part, f"sky, {stage}"))
     ticket.enter(0.7, "shade")
-    combined, data, edges = shade(device, job, draw_list, plan, impostors, ticket.enter)
+    shaded = shade(device, job, draw_list, plan, impostors, ticket.enter)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
-    frame = _frame(device, job, draw_list, plan, impostors, combined, data, edges)
+    frame = _frame(device, job, draw_list, plan, impostors, shaded)
     clock.lap("readback")
     clock.total()
     return replace(frame, timing_ms=dict(ticket.timing_ms))
@@ -129,14 +129,13 @@ def _frame(
     draw_list: DrawList,
     plan: ShadowPlan | None,
     impostors: ImpostorFrame | None,
-    combined: np.ndarray | None,
-    data: list[np.ndarray] | None,
-    edges: np.ndarray | None,
+    shaded: Shaded,
 ) -> Frame:
+    data = shaded.data
     errors, normals, ids = data if data is not None else (None, None, None)
     ao = ambient_occlusion(device.sky, job.size) if AO in job.passes else None
     read_maps = shadow_maps_of(device, job, plan).read if plan is not None and "texel" in job.passes else None
-    passes, loss = made_passes(ShadedImages(job, combined, errors, normals, ids, read_maps, edges, ao)), Loss()
+    passes, loss = made_passes(ShadedImages(job, shaded.combined, errors, normals, ids, read_maps, shaded.edges, ao)), Loss()
     measured, warnings = None, plan.warnings if plan is not None else ()
     if job.measure and errors is not None:
         seen = errors[..., 0] >= 0.0
@@ -159,6 +158,7 @@ def _frame(
         (*warnings, loss.warning) if loss.warning else warnings,
         impostors.reports if impostors is not None else (),
         read_texture(device.gbuffer(job.size).view_depth) if job.keeps_depth else None,
+        shaded.lights,
     )
 
 

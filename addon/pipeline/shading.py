@@ -14,17 +14,16 @@ from .gl.machine import spare_bytes
 from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame
 from .job import Job
+from .light_batches import alone
 from .many_lights import sources_of
 from .overlay import Overlay
 from .passes.samples import pictures, regular_grid
-from .stages import Enter, draw_surfaces, look_of, shade_once, wants_data
+from .stages import Enter, Shaded, draw_surfaces, look_of, shade_once, wants_data
 from .summing import shade_many
 
 
-def shade(
-    device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, enter: Enter
-) -> tuple[np.ndarray | None, list[np.ndarray] | None, np.ndarray | None]:
-    """The combined image (averaged over the camera samples), the data images at pixel centres, and the edges (None: nobody wants them)."""
+def shade(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, enter: Enter) -> Shaded:
+    """The images of the picture, and its lights."""
     sources = sources_of(job)
     if sources:
         return shade_many(device, job, draw_list, plan, impostors, enter, sources)
@@ -45,7 +44,7 @@ def shade(
         combined = read_texture(target.textures[0]) if samples == 1 and "combined" in job.passes else None
     if samples > 1:
         combined = _mean_of_samples(device, job, draw_list, plan, impostors, enter, overlay)
-    return combined, data, overlay.coverage
+    return Shaded(combined, data, overlay.coverage, alone(job.light))
 
 
 def _mean_of_samples(

@@ -4,6 +4,7 @@ Worker thread only."""
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..settings.shadowing import SHADOW_TESTS
 from .detail.drawn import CoarseCasters
 from .detail.making import CoarseMaker
 from .device import Device
+from .frame import LightReport
 from .geometry.draw_list import DrawList
 from .geometry.octahedral import from_octahedral
 from .gl.readback import read_texture
@@ -32,6 +34,16 @@ FACETS = 3000
 """Visible places at most by which the cut 'auto' chooses."""
 Enter = Callable[[float, str], None]
 """Told how far the picture is; raises where it is given up."""
+
+
+class Shaded(NamedTuple):
+    """What shading gives back: the combined image (averaged over the camera samples), the data images at pixel centres, how much edges
+    cover, each None where nobody wants it; and what to say of the lights."""
+
+    combined: np.ndarray | None
+    data: list[np.ndarray] | None
+    edges: np.ndarray | None
+    lights: tuple[LightReport, ...]
 
 
 def draw_surfaces(device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, gbuffer: GBuffer) -> None:

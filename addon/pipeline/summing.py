@@ -16,16 +16,18 @@ from ..maths.view import Camera, LightSource
 from ..settings.groups import DISPLAYS, ShadingWorld
 from .device import Device
 from .geometry.draw_list import DrawList
+from .gl.gl_raw import finish
 from .gl.machine import spare_bytes
 from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame
 from .job import Job
-from .many_lights import SummedView, add_up, begin_or_go_on
+from .light_batches import LightBatches, probe_size
+from .many_lights import HardLight, SummedView, add_up, begin_or_go_on, rounds_of
 from .overlay import Overlay
 from .passes.light_sums import BYTES_A_PIXEL
 from .passes.samples import BYTES_A_SAMPLE, pictures, regular_grid
 from .passes.shade import ShadeTarget
-from .stages import Enter, cast, draw_surfaces, look_of, plan_of, shade_once, wants_data
+from .stages import Enter, Shaded, cast, draw_surfaces, look_of, plan_of, shade_once, wants_data
 
 
 def shade_many(
@@ -36,9 +38,11 @@ def shade_many(
     impostors: ImpostorFrame | None,
     enter: Enter,
     sources: Sequence[LightSource],
-) -> tuple[np.ndarray | None, list[np.ndarray] | None, np.ndarray | None]:
+) -> Shaded:
     """As `shading.shade`. The data images are those of the main light, but for the shadow, which is of all."""
-    summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter)
+    notes = LightBatches(sources, rounds_of(job, sources), None) if job.measure else None
+    summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter, notes)
+    summing.watch()
     has_data, is_shown = wants_data(job), "combined" in job.passes
     data = summing.data_images(plan) if has_data else None
     centre = SummedView(job.camera, device.gbuffer(job.size), device.light_sums(job.size))
@@ -53,7 +57,8 @@ def shade_many(
     if data is not None:
         arriving = centre.sums.shares()
         data[0][..., 3] = np.where(np.isnan(arriving), data[0][..., 3], arriving)
-    return read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage
+    lights = notes.reports() if notes is not None else ()
+    return Shaded(read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage, lights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +72,16 @@ class Summing:
     sources: Sequence[LightSource]
     overlay: Overlay
     enter: Enter
+    notes: LightBatches | None
+
+    def watch(self) -> None:
+        """Where it is measured and something is soft, see how far the samples differ, in a small picture of the view."""
+        if self.notes is None or not any(source.is_soft for source in self.sources):
+            return
+        size, device = probe_size(self.job.size), self.device
+        gbuffer = device.gbuffer(size, "probe")
+        draw_surfaces(device, self.job, self.draw_list, self.job.camera, self.impostors, gbuffer)
+        self.notes.probe = SummedView(self.job.camera, gbuffer, device.light_sums(size, "probe"))
 
     @property
     def countless(self) -> Job:
@@ -76,22 +91,32 @@ class Summing:
 
     def data_images(self, plan: ShadowPlan | None) -> list[np.ndarray]:
         """Errors, normals and numbers at pixel centres, of the main light."""
-        target = self.device.shade_target(self.job.size, True)
-        shade_once(self.device, self.job, self.job.camera, self.draw_list, plan, target, self.device.gbuffer(self.job.size), self.impostors)
+        device, job = self.device, replace(self.job, settings=self.job.settings.replaced(test={"smoothing": 1}))
+        lit = job.scene if job.light is None else job.scene.lit_by(job.light)
+        target, draw_list = device.shade_target(job.size, True), device.store.sync(lit)
+        if plan is not None and lit is not job.scene:
+            cast(device, replace(job, scene=lit), draw_list, plan, self.impostors)
+        shade_once(device, job, job.camera, draw_list, plan, target, device.gbuffer(job.size), self.impostors)
+        device.store.sync(job.scene)
         return [read_texture(texture) for texture in target.textures[1:]]
 
     def add(self, views: Sequence[SummedView], holds: object, done: float = 0.0, share: float = 1.0) -> None:
         """Bring the sums of the views to the job's rounds; they hold `holds` then, and may do so already with fewer rounds."""
-        begin_or_go_on(views, holds, self.job, self.sources)
+        begin_or_go_on(views, holds if self.notes is None else None, self.job, self.sources)
         add_up(self.job, views, self.sources, self._add_light, lambda part: self.enter(0.7 + 0.25 * (done + share * part), "shade"))
 
-    def _add_light(self, lit: Job, views: Sequence[SummedView], part: float) -> None:
-        device = self.device
+    def _add_light(self, lit: Job, views: Sequence[SummedView], step: HardLight) -> None:
+        device, notes = self.device, self.notes
+        if notes is not None:
+            notes.begin(step.source)
         draw_list, plan = device.store.sync(lit.scene), plan_of(device, lit, lit.scene.bounds_ws())
         if plan is not None:
             cast(device, lit, draw_list, plan, self.impostors, in_turn=True)
-        for view in views:
-            shade_once(device, lit, view.camera, draw_list, plan, view.sums, view.gbuffer, self.impostors, view.side, part)
+        for view in [*views, notes.probe] if notes is not None and notes.probe is not None else views:
+            shade_once(device, lit, view.camera, draw_list, plan, view.sums, view.gbuffer, self.impostors, view.side, step.part)
+        if notes is not None:
+            finish(device.context)
+            notes.end(step.part)
 
     def mean_of_samples(self, beside: list[SummedView]) -> ShadeTarget:
         """The mean of several camera samples a pixel; the first pictures of them are added up together with the views `beside`."""

@@ -45,6 +45,7 @@ def report_of(job: Job, frame: Frame) -> dict[str, object]:
         "measured": frame.measured,
         "timing_ms": _timing(job.sync_ms, frame.timing_ms),
         "geometry": geometry_of(frame),
+        "lights": lights_of(frame),
         **({"impostors": [impostor_row(one) for one in frame.impostors]} if frame.impostors else {}),
         "warnings": [*job.warnings, *frame.warnings],
         "errors": [],
@@ -61,6 +62,7 @@ def failed_report(name: str, settings: Settings | None, message: str) -> dict[st
         "measured": None,
         "timing_ms": dict.fromkeys(TIMINGS),
         "geometry": dict.fromkeys(COUNTS),
+        "lights": [],
         "warnings": [],
         "errors": [message],
     }
@@ -71,6 +73,22 @@ def geometry_of(frame: Frame) -> dict[str, float | None]:
     meshes the triangles that all maps took, and the largest error of those meshes in texels."""
     names = (*COUNTS, "triangles_saved") if frame.impostors else COUNTS
     return {name: frame.geometry.get(name) for name in (*names, *(one for one in CASTERS if one in frame.geometry))}
+
+
+def lights_of(frame: Frame) -> list[dict[str, object]]:
+    """One entry per light that lights the picture: its samples, its share of the lights' time, the estimated error of its part."""
+    spent = sum(light.ms or 0.0 for light in frame.lights)
+    return [
+        {
+            "name": light.name,
+            "kind": light.kind,
+            "strength": known(light.strength),
+            "samples": light.samples,
+            "share_of_time": 1.0 if len(frame.lights) == 1 else light.ms / spent if light.ms is not None and spent > 0.0 else None,
+            "error_estimate": known(light.error),
+        }
+        for light in frame.lights
+    ]
 
 
 def impostor_row(one: ImpostorReport) -> dict[str, object]:

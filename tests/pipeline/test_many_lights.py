@@ -181,3 +181,30 @@ def test_the_maps_read_are_those_of_the_main_light(renderer):
         picture(renderer, lights, settings(), passes=("texel", "combined"))["shadow_depth"] for lights in ([SUN], [SUN, LAMP, SPOT])
     )
     assert np.array_equal(one, many)
+
+
+def frame_of(renderer, lights, light_samples, measure=True):
+    chosen = settings(light_samples=light_samples)
+    job = Job(scenes.closed_box(), CAMERA, lights[0], chosen, SIZE, others=tuple(lights[1:]), measure=measure)
+    return run(job, on=renderer)
+
+
+def test_the_report_tells_of_every_light(renderer):
+    lights = [replace(SUN, half_angle_rad=radians(3.0), name="sun"), LAMP]
+    rows = frame_of(renderer, lights, 8).report["lights"]
+    assert [(row["name"], row["kind"], row["samples"]) for row in rows] == [("sun", "sun", 8), ("lamp", "point", 1)]
+    assert sum(row["share_of_time"] for row in rows) == pytest.approx(1.0) and rows[0]["share_of_time"] > rows[1]["share_of_time"]
+    assert rows[0]["error_estimate"] > 0.0 and rows[1]["error_estimate"] == 0.0
+    alone = frame_of(renderer, [LAMP], 0).report["lights"]
+    assert alone == [
+        {"name": "lamp", "kind": "point", "strength": pytest.approx(23.0 / 3.0), "samples": 1, "share_of_time": 1.0, "error_estimate": 0.0}
+    ]
+
+
+def test_the_estimated_error_bounds_the_true_one(renderer):
+    lights = [replace(SUN, half_angle_rad=radians(8.0)), LAMP]
+    few, many = frame_of(renderer, lights, 16), frame_of(renderer, lights, 256)
+    true = np.sqrt(((few.frame.passes["combined"] - many.frame.passes["combined"])[..., :3] ** 2).mean())
+    estimated = few.report["lights"][0]["error_estimate"]
+    assert true / 1.3 < estimated < 8.0 * true
+    assert many.report["lights"][0]["error_estimate"] < 0.6 * estimated
