@@ -34,7 +34,7 @@ from .render_passes import made_passes
 from .render_passes.row import ShadedImages
 from .shading import shade
 from .sky import AO, ambient_occlusion, sky_light
-from .stages import Shaded, cast, coarse_casters, draw_surfaces, plan_of, shadow_maps_of, wants_data
+from .stages import ShadedPicture, cast, coarse_casters, draw_surfaces, plan_of, shadow_maps_of, wants_data
 
 Task = Callable[..., object]
 """What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
@@ -129,7 +129,7 @@ def _frame(
     draw_list: DrawList,
     plan: ShadowPlan | None,
     impostors: ImpostorFrame | None,
-    shaded: Shaded,
+    shaded: ShadedPicture,
 ) -> Frame:
     data = shaded.data
     errors, normals, ids = data if data is not None else (None, None, None)

@@ -18,11 +18,13 @@ from .light_batches import alone
 from .many_lights import sources_of
 from .overlay import Overlay
 from .passes.samples import pictures, regular_grid
-from .stages import Enter, Shaded, draw_surfaces, look_of, shade_once, wants_data
+from .stages import Enter, ShadedPicture, draw_surfaces, look_of, shade_once, wants_data
 from .summing import shade_many
 
 
-def shade(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, enter: Enter) -> Shaded:
+def shade(
+    device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None, impostors: ImpostorFrame | None, enter: Enter
+) -> ShadedPicture:
     """The images of the picture, and its lights."""
     sources = sources_of(job)
     if sources:
@@ -44,7 +46,7 @@ def shade(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan | None
         combined = read_texture(target.textures[0]) if samples == 1 and "combined" in job.passes else None
     if samples > 1:
         combined = _mean_of_samples(device, job, draw_list, plan, impostors, enter, overlay)
-    return Shaded(combined, data, overlay.coverage, alone(job.light))
+    return ShadedPicture(combined, data, overlay.coverage, alone(job.light))
 
 
 def _mean_of_samples(

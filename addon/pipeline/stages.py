@@ -36,7 +36,7 @@ Enter = Callable[[float, str], None]
 """Told how far the picture is; raises where it is given up."""
 
 
-class Shaded(NamedTuple):
+class ShadedPicture(NamedTuple):
     """What shading gives back: the combined image (averaged over the camera samples), the data images at pixel centres, how much edges
     cover, each None where nobody wants it; and what to say of the lights."""
 

@@ -27,7 +27,7 @@ from .overlay import Overlay
 from .passes.light_sums import BYTES_A_PIXEL
 from .passes.samples import BYTES_A_SAMPLE, pictures, regular_grid
 from .passes.shade import ShadeTarget
-from .stages import Enter, Shaded, cast, draw_surfaces, look_of, plan_of, shade_once, wants_data
+from .stages import Enter, ShadedPicture, cast, draw_surfaces, look_of, plan_of, shade_once, wants_data
 
 
 def shade_many(
@@ -38,7 +38,7 @@ def shade_many(
     impostors: ImpostorFrame | None,
     enter: Enter,
     sources: Sequence[LightSource],
-) -> Shaded:
+) -> ShadedPicture:
     """As `shading.shade`. The data images are those of the main light, but for the shadow, which is of all."""
     notes = LightBatches(sources, rounds_of(job, sources), None) if job.measure else None
     summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter, notes)
@@ -58,7 +58,7 @@ def shade_many(
         arriving = centre.sums.shares()
         data[0][..., 3] = np.where(np.isnan(arriving), data[0][..., 3], arriving)
     lights = notes.reports() if notes is not None else ()
-    return Shaded(read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage, lights)
+    return ShadedPicture(read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage, lights)
 
 
 @dataclass(frozen=True, eq=False)

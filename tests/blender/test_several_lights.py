@@ -31,7 +31,7 @@ def stage():
 
 LAMPS = {
     "sun": lambda: setattr(judge.sun((2.0, 1.5, 2.0), 3.0).data, "angle", math.radians(12.0)),
-    "point": lambda: judge.lamp("POINT", (3.0, -2.0, 4.0), 1500.0, shadow_soft_size=0.5),
+    "point": lambda: judge.lamp("POINT", (2.5, 3.0, 4.0), 1500.0, shadow_soft_size=0.5),
     "spot": lambda: judge.lamp("SPOT", (3.0, -2.0, 5.0), 2500.0, shadow_soft_size=0.4, spot_size=1.2, spot_blend=0.3),
     "square": lambda: judge.lamp("AREA", (3.0, -2.0, 4.0), 900.0, shape="SQUARE", size=1.2),
     "rectangle": lambda: judge.lamp("AREA", (3.0, -2.0, 4.0), 900.0, shape="RECTANGLE", size=2.0, size_y=0.4),
