@@ -52,13 +52,13 @@ class Wish:
 
 
 def coarser(job: Job, coarseness: int) -> Job:
-    """The job as coarse as that: with pictures and maps smaller per side, with one camera sample per pixel and few of the
-    sky, as it is, or measured."""
+    """The job as coarse as that: with pictures and maps smaller per side, with one camera sample per pixel, few of the sky and hard
+    shadows, as it is, or measured."""
     if coarseness == MEASURED:
         return replace(job, measure=True)
     if coarseness == FULL:
         return job
-    settings = replace(job.settings.replaced(shading={"samples": 1}), sky=job.settings.sky.quick)
+    settings = replace(job.settings.replaced(shading={"samples": 1}, lights={"samples": 0}), sky=job.settings.sky.quick)
     if coarseness == ONE_SAMPLE:
         return replace(job, settings=settings)
     size = tuple(max(1, n // COARSER_BY) for n in job.size)
@@ -158,7 +158,7 @@ class LiveView:
         With impostors there are no numbers: each picture may capture them anew.
         """
         if self._shown is None or self._shown.key != job.key or self._shown.coarseness > ONE_SAMPLE:
-            return ONE_SAMPLE if job.settings.shading.samples > 1 else FULL
+            return ONE_SAMPLE if job.settings.shading.samples > 1 or job.settings.lights.samples > 0 else FULL
         if self._shown.coarseness > FULL or self._wants_more or job.impostors is not None:
             return FULL
         return MEASURED

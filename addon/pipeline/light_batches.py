@@ -79,6 +79,11 @@ def strength_of(source: LightSource) -> float | None:
     return sum(source.color) / 3.0 if isinstance(source, Light) else None
 
 
+def unmeasured(sources: Sequence[LightSource], rounds: int) -> tuple[LightReport, ...]:
+    """What to say of lights that nobody watched."""
+    return tuple(LightReport(one.name, one.kind, strength_of(one), rounds if one.is_soft else 1) for one in sources)
+
+
 def alone(light: Light | None) -> tuple[LightReport, ...]:
     """The report of a picture that one hard light lights."""
     return () if light is None else (LightReport(light.name, light.kind, strength_of(light), 1, None, 0.0),)

@@ -21,7 +21,7 @@ from .gl.machine import spare_bytes
 from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame
 from .job import Job
-from .light_batches import LightBatches, probe_size
+from .light_batches import LightBatches, probe_size, unmeasured
 from .many_lights import HardLight, SummedView, add_up, begin_or_go_on, rounds_of
 from .overlay import Overlay
 from .passes.light_sums import BYTES_A_PIXEL
@@ -40,7 +40,7 @@ def shade_many(
     sources: Sequence[LightSource],
 ) -> ShadedPicture:
     """As `shading.shade`. The data images are those of the main light, but for the shadow, which is of all."""
-    notes = LightBatches(sources, rounds_of(job, sources), None) if job.measure else None
+    notes = LightBatches(sources, rounds_of(job, sources), None) if job.measure and not job.is_live else None
     summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter, notes)
     summing.watch()
     has_data, is_shown = wants_data(job), "combined" in job.passes
@@ -57,7 +57,7 @@ def shade_many(
     if data is not None:
         arriving = centre.sums.shares()
         data[0][..., 3] = np.where(np.isnan(arriving), data[0][..., 3], arriving)
-    lights = notes.reports() if notes is not None else ()
+    lights = notes.reports() if notes is not None else unmeasured(sources, rounds_of(job, sources))
     return ShadedPicture(read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage, lights)
 
 

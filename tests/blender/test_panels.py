@@ -108,9 +108,11 @@ def test_only_what_applies_is_shown(drawn, blend):
 
 def test_light_section_shows_what_its_source_needs(drawn, blend):
     props = blend.context.scene.cad_shadow
-    for source, names in (("AUTOMATIC", ()), ("OBJECT", ("light",)), ("DIRECTION", ("light_azimuth", "light_elevation"))):
+    for source, names in (("AUTOMATIC", ("lights",)), ("OBJECT", ("light",)), ("DIRECTION", ("light_azimuth", "light_elevation"))):
         props.light_source = source
-        assert drawn("light") == {"light_source", "light_strength"} | set(names)
+        assert drawn("light") == {"light_source", "light_strength", "light_samples"} | set(names)
+    props.light_samples = 16
+    assert {"softness", "use_sun_angle"} <= drawn("light")
 
 
 def first_panel(blend, room):

@@ -156,7 +156,10 @@ def draw_light(self: bpy.types.Panel, context: bpy.types.Context) -> None:
         column = layout.column(align=True)
         column.prop(props, "light_azimuth")
         column.prop(props, "light_elevation")
-    draw_option(layout, props, "light_strength")
+    elif props.light_source == "AUTOMATIC":
+        draw_option(layout, props, "lights")
+    for name in ("light_strength", "light_samples", "softness", "sun_angle"):
+        draw_option(layout, props, name)
 
 
 def draw_detail(self: bpy.types.Panel, context: bpy.types.Context) -> None:
