@@ -52,12 +52,14 @@ Where the driver, the disk, a process or the user can stop the work, each place 
 (`python -m benchmarks.faults`). The places are found by running: every object that OpenGL is asked for, every file that Python opens
 for writing, every message between processes, every stage. Afterwards must hold: one line says what went wrong, with the right exit
 code; the same picture and the one of before are right to the last bit; every file is the old one or a whole new one; no object of
-OpenGL's, no thread, no process and no temporary file is left.
+OpenGL's, no thread, no process and no temporary file is left. Where there are fewer faults than places, every second place of the
+driver's (each in one of the ways, in turn) and every fourth write was tried (`--step`).
 
 FAULTS
 
 A fault of the driver costs its context: the next picture is made in a new one. A part of these faults is in the tests.
-SOAK"""
+SOAK
+"""
 
 if __name__ == "__main__":
     write_page()

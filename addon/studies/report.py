@@ -1,4 +1,7 @@
-"""The report of one picture, a dictionary with the keys of docs/scripting.md. Unknown is None, an infinite warp parameter too. No bpy."""
+"""The report of one picture, a dictionary with the keys of docs/scripting.md, described in `report_schema.json`.
+
+Unknown is None, an infinite warp parameter too. No bpy.
+"""
 
 from __future__ import annotations
 
