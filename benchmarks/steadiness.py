@@ -1,10 +1,12 @@
-"""How steady texels are while the camera moves: `python -m benchmarks.steadiness` writes docs/steadiness.md.
+"""How steady texels are while the camera moves: `python -m benchmarks.steadiness` writes docs/steadiness.md; `… flicker [MODEL …]` measures
+how much shadows flicker and writes docs/flicker.md (`flicker.py`).
 
 The orbit of tests/orbit.py in steps of a degree; every warp in the default partitioning, every partition and sun in the default warp.
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from addon.pipeline.passes.gbuffer import surface_points_ws
 from addon.scene.records import Scene
 from addon.settings.groups import Settings
 from addon.studies.run import run
+from benchmarks import flicker
 from benchmarks.tables import table
 from tests.orbit import STEP_DEG, SUN, camera_at, largest_jump, orbited_scene, plan_at, sizes_by_face, sun_at
 
@@ -57,6 +60,9 @@ def worst(scene: Scene, points: list[np.ndarray], fit: str, warp: str = DEFAULT,
 
 def main() -> None:
     """Measure all, write the page."""
+    if sys.argv[1:2] == ["flicker"]:
+        flicker.main(sys.argv[2:])
+        return
     scene = orbited_scene()
     points = visible(scene)
     cases = {f"{warp}, default partitioning": {"warp": warp} for warp in WARPS}
