@@ -85,10 +85,8 @@ def test_every_option_is_in_exactly_one_section(drawn, room, blend):
             ("logpsm", "faces", "depth"),
         ):
             props.warp, props.partition, props.test = warp, partition, test
-            props.bias_strategy, props.use_object_colors, props.pcf = "constant", False, "9"
-            props.edges, props.ground, props.light_samples = 1.0, "height", 16
             props.bias_strategy, props.use_object_colors, props.pcf = "constant", False, "1" if test == "triangle" else "9"
-            props.edges, props.ground = 1.0, "height"
+            props.edges, props.ground, props.light_samples = 1.0, "height", 16
             shown.append({key for key in sections if option.name in drawn(key)})
         assert len(set.union(*shown)) == 1, option.name
 
