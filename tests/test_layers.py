@@ -21,14 +21,15 @@ FLOORS = {
     "addon": "errors images < maths < scene settings < pipeline < studies < blender < operators api cli < __init__ < __main__",
     "addon/api": "view < impostors sun_hours < __init__",
     "addon/blender": "animation support < cad_materials changes clip_range face_values lettering own_images own_importers preferences"
-    " redraw registering render_wish snapshot sun_turning textures translations < cad_import section_properties sun_hours sun_properties"
+    " redraw registering render_wish snapshot sun_turning textures translations view_border"
+    " < cad_import section_properties sun_hours sun_properties"
     " < inputs presets light_kind properties rendering reprojection"
     " < image_editor sources < impostors live_scene session < panels viewport < engine hud < __init__",
     "addon/blender/hud": "canvas < * < __init__",
     "addon/blender/impostors": "marks plane < chosen < __init__",
     "addon/blender/panels": "chosen compatible layer_passes words < placing impostors < settings < quality < advice < __init__",
     "addon/blender/presets": "__init__",
-    "addon/blender/snapshot": "cameras complaints light_links pictures random_numbers vertex_colors visibility < nodes varied"
+    "addon/blender/snapshot": "cameras complaints light_links node_maths pictures random_numbers vertex_colors visibility < nodes varied"
     " < meshes shaders < lights materials world < instances < marks < reader < __init__",
     "addon/cli": "argument_types command exit_codes settings_file batch < rivals"
     " shared_arguments sun_arguments < commands < parser run < inputs < main"
@@ -46,14 +47,15 @@ FLOORS = {
     "addon/maths/warping": "formulas < row < * < __init__",
     "addon/operators": "row ticking sun_object < background place_sun animate_sun < * < impostor_export impostor_report < __init__",
     "addon/pipeline": "frame gl reach_choice < geometry < detail < passes < device < impostors < job < many_lights reach overlay"
-    " render_passes < light_batches sky < stages < summing < shading < renderer < timing < bake bare_passes reach_tasks remote < __init__",
+    " render_passes see_through < light_batches sky < stages < summing < shading < renderer < timing < bake bare_passes"
+    " reach_tasks remote < __init__",
     "addon/pipeline/detail": "bodies choice distance < collapse < child kept < making < drawn < __init__",
     "addon/pipeline/geometry": "closed clusters culling octahedral pools ranges surface_links < draw_list packing < parts < store"
     " < __init__",
     "addon/pipeline/gl": "allocation machine < gl_raw < context depth_buffer programs readback < __init__",
     "addon/pipeline/impostors": "baked records texels < costs tiles < capture < ahead draw predictions < views < life < shadows < __init__",
     "addon/pipeline/passes": "fill large_casters large_surfaces light_sums < surface < gbuffer large_receivers log_map outline"
-    " shadow_defines < nsm sky_light < shadow < caps edges reach_sums shade < samples < __init__",
+    " shadow_defines < nsm peeling sky_light < shadow < caps edges panes reach_sums < shade < samples < __init__",
     "addon/pipeline/render_passes": "row < * < __init__",
     "addon/pipeline/remote": "words < renderer child < __init__",
     "addon/scene": "child_python light_choice looks memory mesh_prep plain_text user_files < records < cad_model default_view ground"

@@ -66,14 +66,14 @@ class LiveScene:
         pixel = pixel_size(depsgraph.scene.render.preview_pixel_size, context.preferences.system.pixel_size)
         size = (max(region.width // pixel, 1), max(region.height // pixel, 1))
         camera = camera_from_region(context.region_data, space, self._scene.origin_ws, size)
-        light, _ = light_for(depsgraph.scene.cad_shadow, self._scene, camera)
+        light, about_light = light_for(depsgraph.scene.cad_shadow, self._scene, camera)
         settings = settings_of(depsgraph.scene)
         more, _ = others_for(depsgraph.scene.cad_shadow, self._scene, light, settings)
         self._scene, camera, light = based_near(self._scene, camera, light)
         scene = self._scene if more else self._scene.lit_by(light)
         others = tuple(scene.lights[i] for i in more)
         impostors = choice_of(self._scene, settings.impostor)
-        kinds = {"measure": False, "is_live": True, "keeps_depth": True}
+        kinds = {"measure": False, "is_live": True, "keeps_depth": True, "warnings": (*self._scene.warnings, *about_light)}
         job = Job(scene, camera, light, settings, size, others=others, impostors=impostors, name="viewport", **kinds)
         return staged(job) if self._is_staged(job) else None
 

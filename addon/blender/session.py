@@ -21,6 +21,7 @@ LOAD_AFTER_S = 1.0
 _outcomes: list[tuple[Outcome, tuple]] = []
 _impostors: list[tuple[tuple[ImpostorReport, ...], np.ndarray]] = []
 _advice: list[dict[str, object]] = []
+_warnings: list[str] = []
 
 
 def remember(outcome: Outcome, scene: bpy.types.Scene) -> None:
@@ -30,13 +31,20 @@ def remember(outcome: Outcome, scene: bpy.types.Scene) -> None:
 
 
 def remember_impostors(outcome: Outcome) -> None:
-    """Keep what became of the impostors in a picture, also in one of a live view; callable from any thread."""
+    """Keep what became of the impostors in a picture, also in one of a live view, and what is said of it; callable from any thread."""
     _impostors[:] = [(outcome.frame.impostors, outcome.job.scene.origin_ws)]
+    _warnings[:] = dict.fromkeys((*outcome.job.warnings, *outcome.frame.warnings))
 
 
 def clear_impostors() -> None:
     """There is no picture any more whose impostors could be told of."""
     _impostors.clear()
+    _warnings.clear()
+
+
+def warnings() -> tuple[str, ...]:
+    """What is to be said of the last picture, a live view's included: what it leaves out."""
+    return tuple(_warnings)
 
 
 def impostors() -> tuple[ImpostorReport, ...]:
@@ -79,7 +87,7 @@ def last_advice() -> dict[str, object] | None:
 def clear(*_unused: object) -> None:
     """Another file was opened: drop the last outcome, whose images may be large, and what was read of the old file."""
     _outcomes.clear()
-    _impostors.clear()
+    clear_impostors()
     _advice.clear()
     sources.clear_readers()
 

@@ -158,14 +158,14 @@ SUPPORT: tuple[Support, ...] = (
     ),
     Support(
         "Material",
-        "node_tree use_nodes diffuse_color metallic roughness pass_index animation_data",
+        "node_tree use_nodes diffuse_color metallic roughness pass_index use_transparent_shadow animation_data",
         HONOURED,
-        "nodes are followed; the viewport colour where they cannot be, with a warning",
+        "nodes are followed, transparency and glass (unbent) too; the viewport colour where they cannot be, with a warning",
     ),
     Support(
         "Material",
         "surface_render_method displacement_method blend_method alpha_threshold use_transparency_overlap show_transparent_back "
-        "use_backface_culling* use_transparent_shadow use_raytrace_refraction use_screen_refraction use_sss_translucency "
+        "use_backface_culling* use_raytrace_refraction use_screen_refraction use_sss_translucency "
         "refraction_depth thickness_mode use_thickness_from_shadow volume_intersection_method max_vertex_displacement "
         "specular_* line_* grease_pencil is_grease_pencil lineart preview_render_type use_preview_world texture_paint_* paint_* "
         "cycles",

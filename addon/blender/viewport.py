@@ -30,6 +30,7 @@ from . import session
 from .live_scene import LiveScene
 from .render_wish import ENGINE
 from .reprojection import DrawnPicture
+from .view_border import only_in, shown_part
 
 COARSER_BY = 2  # pixels and map texels per side are divided by this while the view moves
 COARSE, ONE_SAMPLE, FULL, MEASURED = 3, 2, 1, 0
@@ -102,7 +103,9 @@ class LiveView:
         self._take_place(context.region.as_pointer())
         self._is_drawn_late = self._shows[0] != "shaded" and not leaves_colours(depsgraph.scene)
         if not self._is_drawn_late:
-            self._draw_picture(context.region_data)
+            size = context.region.width, context.region.height
+            with only_in(shown_part(context.space_data, context.region_data, depsgraph.scene, size)):
+                self._draw_picture(context.region_data)
 
     def _take_place(self, region: int) -> None:
         """This view is what the region shows. Another one there is of an engine object that Blender has dropped, but Python not yet."""

@@ -23,6 +23,7 @@ from .passes.edges import EdgeTarget
 from .passes.gbuffer import GBuffer
 from .passes.large_receivers import STEPS, LargePlanes, large_planes
 from .passes.light_sums import LightSums
+from .passes.panes import PaneMaps
 from .passes.reach_sums import ReachSums, SurfacePlaces
 from .passes.samples import Mean
 from .passes.shade import ShadePass, ShadeTarget
@@ -31,7 +32,7 @@ from .passes.sky_light import SkyLight
 
 PLAIN = ShadowTestChoice()
 _PICTURE = "a picture of this size", "choose a smaller one"
-_WANTED = dict.fromkeys(("shadow", "reach shadow"), ("these shadow maps", "lower Map Size or Partitions"))
+_WANTED = dict.fromkeys(("shadow", "reach shadow", "panes"), ("these shadow maps", "lower Map Size or Partitions"))
 
 Attached = TypeVar("Attached")
 
@@ -64,6 +65,13 @@ class Device:
         if roomy and kept is not None and kept[0][1] > layers and (size, layers, *kept[0][2:]) == key:
             return kept[1]
         return self._keep("shadow", key, lambda: ShadowMaps(self.context, size, layers, test))
+
+    def pane_maps(self, side: int, maps: int, layers: int) -> PaneMaps:
+        """The layers of what tints the light before so many shadow maps, or before more if they are there."""
+        kept = self._kept.get("panes")
+        if kept is not None and kept[0][1] > maps and (side, layers) == (kept[0][0], kept[0][2]):
+            return kept[1]
+        return self._keep("panes", (side, maps, layers), lambda: PaneMaps(self.context, side, maps, layers))
 
     def shade_target(self, size: tuple[int, int], data: bool, of: str = "pixels") -> ShadeTarget:
         """The picture's targets, with or without the data images; of the pixels' centres or their 'samples'."""

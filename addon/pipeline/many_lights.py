@@ -19,12 +19,19 @@ from .passes.light_sums import LightSums
 
 @dataclass(frozen=True, eq=False)
 class SummedView:
-    """A view that lights are added up for: what the camera sees, the sums, and how many of its pixels make a side of the picture's."""
+    """A view that lights are added up for: what the camera sees, the sums, and how many of its pixels make a side of the picture's;
+    `layers` of what is see-through before it, the nearest first."""
 
     camera: Camera
     gbuffer: GBuffer
     sums: LightSums
     side: int = 1
+    layers: tuple[SummedView, ...] = ()
+
+    @property
+    def all(self) -> tuple[SummedView, ...]:
+        """It and its layers."""
+        return self, *self.layers
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,6 @@ from ..maths.choices import FitChoice
 from ..maths.light_set import LightSet
 from ..maths.shadow.light_set_plan import hull_points, plan_light_set
 from ..maths.view import Camera
-from ..scene.looks import NO_SHADOW
 from .device import Device
 from .geometry.draw_list import DrawList
 from .gl.gl_raw import finish
@@ -53,7 +52,7 @@ def add_lights(
     `enter(fraction, stage)` is told how far it is, and may raise to end it.
     """
     scene, batch = draw_list.scene, batch_of(choice)
-    bounds, casters, rows = scene.bounds_ws(), scene.caster_bounds_ws(), scene.instances.without(NO_SHADOW)
+    bounds, casters, rows = scene.bounds_ws(), scene.caster_bounds_ws(), scene.blocking()
     for start in range(0, len(lights), batch):
         enter(start / len(lights), f"light {start + 1} of {len(lights)}")
         some = part(lights, start, start + batch)

@@ -32,9 +32,10 @@ from .many_lights import sources_of
 from .passes.gbuffer import surface_points_ws
 from .render_passes import made_passes
 from .render_passes.row import ShadedImages
+from .see_through import unlike_impostors, warnings_of
 from .shading import shade
 from .sky import AO, ambient_occlusion, sky_light
-from .stages import ShadedPicture, cast, coarse_casters, draw_surfaces, plan_of, shadow_maps_of, wants_data
+from .stages import ShadedPicture, cast, coarse_casters, draw_seen, plan_of, shadow_maps_of, wants_data
 
 Task = Callable[..., object]
 """What the worker can be asked: a function of a module, called with (device, job, ticket, …); `render_frame` is one."""
@@ -104,23 +105,24 @@ def render_frame(device: Device, job: Job, ticket: Ticket) -> Frame:
     if choice is not None:
         library, samples = library_of(device, choice.alone), job.settings.shading.samples
         impostors = library.update(job.scene, draw_list, job.camera, job.size, choice, samples)
-    draw_surfaces(device, job, draw_list, job.camera, impostors, device.gbuffer(job.size))
+    seen = draw_seen(device, job, draw_list, impostors)
     clock.lap("gbuffer")
     ticket.enter(0.4, "shadow")
-    plan = plan_of(device, job, scene_bounds)
+    plan = plan_of(device, job, scene_bounds, seen)
     device.coarse = coarse_casters(device, job, draw_list, lambda: ticket.enter(0.4, "coarser casters")) if plan is not None else None
     if plan is not None and (wants_data(job) or not sources_of(job)):
         cast(device, job, draw_list, plan, impostors)
     clock.lap("shadow")
     device.sky = sky_light(device, job, draw_list, lambda part, stage: ticket.enter(0.4 + 0.3 * part, f"sky, {stage}"))
     ticket.enter(0.7, "shade")
-    shaded = shade(device, job, draw_list, plan, impostors, ticket.enter)
+    shaded = shade(device, job, draw_list, plan, impostors, ticket.enter, seen)
     clock.lap("shade")
     ticket.enter(0.95, "readback")
     frame = _frame(device, job, draw_list, plan, impostors, shaded)
     clock.lap("readback")
     clock.total()
-    return replace(frame, timing_ms=dict(ticket.timing_ms))
+    said = *frame.warnings, *warnings_of(seen), *unlike_impostors(job.scene, job.impostors)
+    return replace(frame, timing_ms=dict(ticket.timing_ms), warnings=said)
 
 
 def _frame(

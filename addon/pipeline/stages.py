@@ -29,6 +29,7 @@ from .passes.light_sums import LightSums
 from .passes.shade import ShadeTarget
 from .passes.shadow import ShadowMaps, draw_shadow_maps
 from .render_passes import DATA_PASSES
+from .see_through import Seen, layers_before, panes_of, shown_through
 
 FACETS = 3000
 """Visible places at most by which the cut 'auto' chooses."""
@@ -46,9 +47,18 @@ class ShadedPicture(NamedTuple):
     lights: tuple[LightReport, ...]
 
 
-def draw_surfaces(device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, gbuffer: GBuffer) -> None:
-    """What the camera sees: geometry, and impostors instead of the objects they stand for. Without impostors it may be there already."""
-    rows = both(impostors.geometry_rows if impostors is not None else job.shown, job.scene.instances.without(HIDDEN))
+def draw_surfaces(
+    device: Device,
+    job: Job,
+    draw_list: DrawList,
+    camera: Camera,
+    impostors: ImpostorFrame | None,
+    gbuffer: GBuffer,
+    without: np.ndarray | None = None,
+) -> None:
+    """What the camera sees, but for the rows `without` (I,): geometry, and impostors instead of the objects they stand for. Without
+    impostors it may be there already."""
+    rows = both(_shown(job, impostors), None if without is None else ~without)
     wanted = (device.store.state, camera.key, None if rows is None else rows.tobytes()) if impostors is None else None
     if wanted is not None and gbuffer.holds == wanted:
         return
@@ -58,28 +68,59 @@ def draw_surfaces(device: Device, job: Job, draw_list: DrawList, camera: Camera,
     gbuffer.holds = wanted
 
 
+def _shown(job: Job, impostors: ImpostorFrame | None) -> np.ndarray | None:
+    """(I,) bool: the rows that the camera sees as triangles; None is all."""
+    return both(impostors.geometry_rows if impostors is not None else job.shown, job.scene.instances.without(HIDDEN))
+
+
+def draw_seen(device: Device, job: Job, draw_list: DrawList, impostors: ImpostorFrame | None) -> Seen:
+    """Draw what pixels' centres show: the surfaces that data images are of, and what the picture is of, where that is something else."""
+    surfaces, thin = device.gbuffer(job.size), job.scene.thin
+    draw_surfaces(device, job, draw_list, job.camera, impostors, surfaces, thin)
+    rows = shown_through(job)
+    if rows is None:
+        return Seen(surfaces)
+    if not np.array_equal(rows, thin):
+        surfaces = device.gbuffer(job.size, "whole")
+        draw_surfaces(device, job, draw_list, job.camera, impostors, surfaces, rows)
+    return Seen(surfaces, layers_before(device, surfaces, draw_list, job.camera, both(_shown(job, impostors), rows)))
+
+
+def draw_sample(
+    device: Device, job: Job, draw_list: DrawList, camera: Camera, impostors: ImpostorFrame | None, size: tuple[int, int]
+) -> Seen:
+    """Draw what one of the camera's samples shows."""
+    surfaces, rows = device.gbuffer(size, "samples"), shown_through(job)
+    without = job.scene.thin if rows is None else rows
+    draw_surfaces(device, job, draw_list, camera, impostors, surfaces, without)
+    if rows is None:
+        return Seen(surfaces)
+    return Seen(surfaces, layers_before(device, surfaces, draw_list, camera, both(_shown(job, impostors), rows), "samples"))
+
+
 def both(rows: np.ndarray | None, others: np.ndarray | None) -> np.ndarray | None:
     """(I,) bool: the instance rows that are in both; None is all."""
     return others if rows is None else rows if others is None else rows & others
 
 
-def plan_of(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan | None:
-    """The shadow projections for what this camera really sees; those of the frame before where nothing they depend on has changed."""
+def plan_of(device: Device, job: Job, scene_bounds: np.ndarray, seen: Seen) -> ShadowPlan | None:
+    """The shadow projections for what is really `seen`; those of the frame before where nothing they depend on has changed."""
     if job.light is None or not job.light.casts:
         return None
     s, surfaces = job.settings, device.gbuffer(job.size).holds
     wanted = (surfaces, job.size, job.light.shadow_key, s.warp, s.partition, s.fit) if surfaces is not None else None
     if wanted is None or device.plan is None or device.plan[0] != wanted:
-        device.plan = wanted, _fitted(device, job, scene_bounds)
+        device.plan = wanted, _fitted(job, scene_bounds, seen)
     return device.plan[1]
 
 
-def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
+def _fitted(job: Job, scene_bounds: np.ndarray, seen: Seen) -> ShadowPlan:
     s, receivers, facets = job.settings, None, None
     if s.fit.kind == "samples":
-        depth = read_texture(device.gbuffer(job.size).view_depth, flip=False)
-        receivers = surface_points_ws(depth, job.camera)
-        facets = _facets(device, job, depth, receivers) if s.partition.cut == "auto" and s.partition.z_count > 1 else None
+        depths = [read_texture(one.view_depth, flip=False) for one in (seen.whole, *seen.layers)]
+        surfaces = [surface_points_ws(depth, job.camera) for depth in depths]
+        receivers = surfaces[0] if len(surfaces) == 1 else np.concatenate(surfaces)
+        facets = _facets(seen.whole, depths[0], surfaces[0]) if s.partition.cut == "auto" and s.partition.z_count > 1 else None
     return plan_shadows(
         job.camera,
         job.light,
@@ -94,10 +135,10 @@ def _fitted(device: Device, job: Job, scene_bounds: np.ndarray) -> ShadowPlan:
     )
 
 
-def _facets(device: Device, job: Job, depth: np.ndarray, receivers: np.ndarray) -> Facets:
+def _facets(whole: GBuffer, depth: np.ndarray, receivers: np.ndarray) -> Facets:
     """Some of the receivers, evenly picked, and the normals that are seen there."""
     step = max(-(-len(receivers) // FACETS), 1)
-    folded = read_texture(device.gbuffer(job.size).normal, flip=False).reshape(-1, 2)
+    folded = read_texture(whole.normal, flip=False).reshape(-1, 2)
     normals = from_octahedral(folded[np.flatnonzero(depth)[::step]].astype(np.float64))
     return receivers[::step].astype(np.float64), normals
 
@@ -112,13 +153,16 @@ def cast(device: Device, job: Job, draw_list: DrawList, plan: ShadowPlan, impost
     maps, choice = shadow_maps_of(device, job, plan, in_turn), job.impostors
     coarse, test = device.coarse, job.settings.test
     detail = coarse and (coarse.holds, test.caster_error)
-    wanted = (device.plan[0], device.store.state, test.id_per_material, detail) if impostors is None else None
+    clear = job.scene.shines_through
+    state = device.store.state, None if clear is None else clear.tobytes()
+    wanted = (device.plan[0], *state, test.id_per_material, detail) if impostors is None else None
     if wanted is not None and maps.holds == wanted:
         return
     casters = None
     if impostors is not None and choice.settings.casters == "impostor":
         casters = casters_of(device).update(job.scene, draw_list, job.light, maps, plan, choice, impostors)
     rows = both(casters.rows if casters is not None and casters.textures else None, job.scene.instances.without(NO_SHADOW))
+    rows = both(rows, None if clear is None else ~clear)
     draw_shadow_maps(device.context, device.programs, maps, draw_list, plan, test, rows, coarse, job.light.kind == "sun")
     if casters is not None:
         casters.draw(device, maps, plan)
@@ -149,29 +193,17 @@ def shade_once(
     impostors: ImpostorFrame | None,
     side: int = 1,
     part: float | None = None,
+    is_layer: bool = False,
 ) -> None:
-    """Shade into a target, or add a part of the picture to sums."""
+    """Shade into a target, add a part of the picture to sums, or lay a layer of what is see-through over a target."""
     maps = shadow_maps_of(device, job, plan, in_turn=part is not None) if plan is not None else None
     holds_impostors = impostors is not None and bool(impostors.drawn)
     walks = holds_impostors or (maps is not None and SHADOW_TESTS[job.settings.test.kind].walks_surfaces)
     triangles = device.triangles(linked=walks, normals=holds_impostors)
     large = device.large_planes(draw_list, job.camera, plan) if plan is not None else None
-    device.shade_pass.draw(
-        target,
-        gbuffer,
-        maps,
-        draw_list,
-        triangles,
-        camera,
-        job.light,
-        plan,
-        job.settings,
-        large,
-        holds_impostors,
-        side,
-        part,
-        device.sky if job.settings.sky.kind != "off" else None,
-    )
+    panes, sky = panes_of(device, job, draw_list, plan), device.sky if job.settings.sky.kind != "off" else None
+    inputs = job.light, plan, job.settings, large, holds_impostors, side, part, sky, panes, is_layer
+    device.shade_pass.draw(target, gbuffer, maps, draw_list, triangles, camera, *inputs)
 
 
 def wants_data(job: Job) -> bool:

@@ -17,7 +17,7 @@ from ..settings.groups import DISPLAYS, ShadingWorld
 from .device import Device
 from .geometry.draw_list import DrawList
 from .gl.gl_raw import finish
-from .gl.machine import spare_bytes
+from .gl.machine import check_layers, spare_bytes
 from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame
 from .job import Job
@@ -27,7 +27,8 @@ from .overlay import Overlay
 from .passes.light_sums import BYTES_A_PIXEL
 from .passes.samples import BYTES_A_SAMPLE, pictures, regular_grid
 from .passes.shade import ShadeTarget
-from .stages import Enter, ShadedPicture, cast, draw_surfaces, look_of, plan_of, shade_once, wants_data
+from .see_through import Seen
+from .stages import Enter, ShadedPicture, cast, draw_sample, draw_surfaces, look_of, plan_of, shade_once, wants_data
 
 
 def shade_many(
@@ -38,24 +39,29 @@ def shade_many(
     impostors: ImpostorFrame | None,
     enter: Enter,
     sources: Sequence[LightSource],
+    seen: Seen,
 ) -> ShadedPicture:
     """As `shading.shade`. The data images are those of the main light, but for the shadow, which is of all."""
     notes = LightBatches(sources, rounds_of(job, sources), None) if job.measure and not job.is_live else None
-    summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter, notes)
+    summing = Summing(device, job, draw_list, impostors, sources, Overlay(device, job, draw_list), enter, notes, seen)
     summing.watch()
     has_data, is_shown = wants_data(job), "combined" in job.passes
     data = summing.data_images(plan) if has_data else None
-    centre = SummedView(job.camera, device.gbuffer(job.size), device.light_sums(job.size))
+    centre = at_surfaces = summing.view_of(seen, job.camera)
+    if seen.whole is not device.gbuffer(job.size):
+        at_surfaces = SummedView(job.camera, device.gbuffer(job.size), device.light_sums(job.size, "surfaces"))
     if not is_shown or job.settings.shading.samples == 1:
         picture = device.shade_target(job.size, False)
-        summing.add([centre], look_of(device, summing.countless, impostors))
+        summing.add(
+            [centre] if at_surfaces is centre or not has_data else [centre, at_surfaces], look_of(device, summing.countless, impostors)
+        )
         if is_shown:
             summing.resolve(centre, picture)
     else:
-        picture = summing.mean_of_samples([centre] if has_data else [])
+        picture = summing.mean_of_samples([at_surfaces] if has_data else [])
     summing.leave(plan)
     if data is not None:
-        arriving = centre.sums.shares()
+        arriving = at_surfaces.sums.shares()
         data[0][..., 3] = np.where(np.isnan(arriving), data[0][..., 3], arriving)
     lights = notes.reports() if notes is not None else unmeasured(sources, rounds_of(job, sources))
     return ShadedPicture(read_texture(picture.textures[0]) if is_shown else None, data, summing.overlay.coverage, lights)
@@ -73,6 +79,7 @@ class Summing:
     overlay: Overlay
     enter: Enter
     notes: LightBatches | None
+    seen: Seen
 
     def watch(self) -> None:
         """Where it is measured and something is soft, see how far the samples differ, in a small picture of the view."""
@@ -102,6 +109,7 @@ class Summing:
 
     def add(self, views: Sequence[SummedView], holds: object, done: float = 0.0, share: float = 1.0) -> None:
         """Bring the sums of the views to the job's rounds; they hold `holds` then, and may do so already with fewer rounds."""
+        views = [one for view in views for one in view.all]
         begin_or_go_on(views, holds if self.notes is None else None, self.job, self.sources)
         add_up(self.job, views, self.sources, self._add_light, lambda part: self.enter(0.7 + 0.25 * (done + share * part), "shade"))
 
@@ -109,7 +117,7 @@ class Summing:
         device, notes = self.device, self.notes
         if notes is not None:
             notes.begin(step.source)
-        draw_list, plan = device.store.sync(lit.scene), plan_of(device, lit, lit.scene.bounds_ws())
+        draw_list, plan = device.store.sync(lit.scene), plan_of(device, lit, lit.scene.bounds_ws(), self.seen)
         if plan is not None:
             cast(device, lit, draw_list, plan, self.impostors, in_turn=True)
         for view in [*views, notes.probe] if notes is not None and notes.probe is not None else views:
@@ -136,9 +144,14 @@ class Summing:
 
     def _view(self, camera: Camera, side: int, draw_list: DrawList) -> SummedView:
         size = self.job.size[0] * side, self.job.size[1] * side
-        gbuffer = self.device.gbuffer(size, "samples")
-        draw_surfaces(self.device, self.job, draw_list, camera, self.impostors, gbuffer)
-        return SummedView(camera, gbuffer, self.device.light_sums(size, "samples"), side)
+        return self.view_of(draw_sample(self.device, self.job, draw_list, camera, self.impostors, size), camera, side, "samples")
+
+    def view_of(self, seen: Seen, camera: Camera, side: int = 1, of: str = "pixels") -> SummedView:
+        """The sums of what is seen, and of its layers."""
+        size, sums = seen.whole.size, self.device.light_sums
+        check_layers(size, len(seen.layers), BYTES_A_PIXEL)
+        layers = tuple(SummedView(camera, layer, sums(size, f"{of}, layer {i}"), side) for i, layer in enumerate(seen.layers))
+        return SummedView(camera, seen.whole, sums(size, of), side, layers)
 
     def resolve(self, view: SummedView, target: ShadeTarget, share: float = 1.0) -> None:
         """Make the picture of a view's sums, a `share` of the camera's samples, with what is laid over it."""
@@ -146,9 +159,12 @@ class Summing:
         target.holds = None
         view.sums.resolve(self.device.programs, target.framebuffer, shading.background, DISPLAYS.index(shading.display))
         self.overlay.draw(view.camera, view.gbuffer, target.textures[0], view.side, share)
+        for layer in reversed(view.layers):
+            self.device.shade_pass.lay_sums_over(target, layer.gbuffer, layer.sums, self.device.store.sync(self.job.scene))
+            self.overlay.draw(view.camera, layer.gbuffer, target.textures[0], view.side, share)
 
     def leave(self, plan: ShadowPlan | None) -> None:
         """The scene as the main light sees it again, and its maps where somebody will read them."""
         draw_list = self.device.store.sync(self.job.scene)
         if plan is not None and "texel" in self.job.passes:
-            cast(self.device, self.job, draw_list, plan_of(self.device, self.job, self.job.scene.bounds_ws()), self.impostors)
+            cast(self.device, self.job, draw_list, plan_of(self.device, self.job, self.job.scene.bounds_ws(), self.seen), self.impostors)

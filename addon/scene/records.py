@@ -12,7 +12,7 @@ from numpy.typing import DTypeLike
 
 from ..errors import SceneError
 from ..maths.view import Camera, Light
-from .looks import NO_SHADOW, PLAIN_LOOKS, UNLIT
+from .looks import BEHIND, CAP, CATCHER, GROUND, HIDDEN, HOLDOUT, LIGHT_BEHIND, NO_SHADOW, PLAIN_LOOKS, UNLIT
 
 
 def frozen(array: np.ndarray, dtype: DTypeLike) -> np.ndarray:
@@ -128,7 +128,7 @@ class Scene:
     """Everything one picture needs, read once. `origin_ws` (3,) float64 is the local origin that all other positions are relative to.
 
     `marks` one per object, parallel to `object_names`: the impostor it belongs to, None for none. Empty when nothing is marked.
-    `looks` (L, 12) float32: the numbers of `looks.Look`s. `links` by the light's name, of lights that do not concern all objects:
+    `looks` (L, 16) float32: the numbers of `looks.Look`s. `links` by the light's name, of lights that do not concern all objects:
     (objects,) bool those they do not light, (objects,) bool those that do not stand in their way. `object_index` (objects,) int32 and
     `materials` (name, index): what their author calls them; `mist` (begin, depth in metres, falloff).
     `ground` where one of the instances is the ground.
@@ -223,6 +223,47 @@ class Scene:
         c = np.einsum("iab,ib->ia", m[:, :3, :3], centre) + m[:, :3, 3]
         h = np.einsum("iab,ib->ia", np.abs(m[:, :3, :3]), half)
         return np.stack([c - h, c + h], axis=1)
+
+    @cached_property
+    def see_through(self) -> np.ndarray | None:
+        """(I,) bool: the rows through which one sees what lies behind; None where there are none."""
+        return self._passing(BEHIND)
+
+    @cached_property
+    def shines_through(self) -> np.ndarray | None:
+        """(I,) bool: the rows that let some of the light through; None where there are none."""
+        return self._passing(LIGHT_BEHIND)
+
+    @cached_property
+    def thin(self) -> np.ndarray | None:
+        """(I,) bool: the see-through rows of which less than half is there: depths, numbers and normals are of what lies behind; None: none
+        (Blender's Alpha Threshold of new layers)."""
+        if self.see_through is None:
+            return None
+        thin = self.see_through & (self.looks[self.instances.look][:, BEHIND].mean(axis=1) > 0.5)
+        return thin if thin.any() else None
+
+    def whole_flags(self) -> np.ndarray:
+        """(I,) uint8 flags where all or nothing is asked: what is thin is hidden, what does not block light casts no shadow."""
+        thin, blocking = self.thin, self.blocking()
+        flags = self.instances.flags if thin is None else self.instances.flags | np.where(thin, HIDDEN, 0).astype(np.uint8)
+        return flags if blocking is None else flags | np.where(blocking, 0, NO_SHADOW).astype(np.uint8)
+
+    def blocking(self) -> np.ndarray | None:
+        """(I,) bool: the rows that stop light, where all or nothing is asked: those that let through less than half of it; None: all."""
+        casting = self.instances.without(NO_SHADOW)
+        if self.shines_through is None:
+            return casting
+        stops = ~self.shines_through | (self.looks[self.instances.look][:, LIGHT_BEHIND].mean(axis=1) < 0.5)
+        return stops if casting is None else stops & casting
+
+    def _passing(self, columns: slice) -> np.ndarray | None:
+        """Rows whose look lets something through; holdouts, catchers, caps and the ground are whole, whatever their material."""
+        if not self.looks[:, columns].any():
+            return None
+        whole = (self.instances.flags & (HOLDOUT | CATCHER | GROUND | CAP)) != 0
+        passing = self.looks[self.instances.look][:, columns].any(axis=1) & ~whole
+        return passing if passing.any() else None
 
     def caster_bounds_ws(self) -> np.ndarray:
         """(C, 2, 3) bounds of the instances that cast shadows; of all where none does."""

@@ -17,7 +17,7 @@ flat out int v_triangle;
 #endif
 #if IDS == 1
 void pass_id() { v_id = id_of(instance_info(vertex_slot())); }
-#elif IS_CUT
+#elif IS_CUT && IDS == 2
 void pass_id() {
     v_id = vertex_slot();
     v_triangle = int(in_triangle);

@@ -1,4 +1,4 @@
-// How a surface answers light beside its colour: three texels a look (scene/looks.py).
+// How a surface answers light beside its colour: four texels a look (scene/looks.py).
 uniform samplerBuffer u_looks;
 #define HOLDOUT 4u    // flags of scene/looks.py
 #define CATCHER 8u
@@ -9,14 +9,17 @@ uniform samplerBuffer u_looks;
 struct Look {
     vec3 emission;
     float weight, metallic, roughness, f0, hole;
-    vec3 through;
+    vec3 through;     // of what lies behind, to the eye
 };
 
 Look look_of(uvec4 info) {
-    int row = int(info.w >> LOOK_SHIFT) * 3;
+    int row = int(info.w >> LOOK_SHIFT) * 4;
     vec4 a = texelFetch(u_looks, row), b = texelFetch(u_looks, row + 1), c = texelFetch(u_looks, row + 2);
     return Look(a.rgb, a.a, b.r, b.g, b.b, b.a, c.rgb);
 }
+
+// Of the light, which tints its shadow.
+vec3 tint_of(uvec4 info) { return texelFetch(u_looks, int(info.w >> LOOK_SHIFT) * 4 + 3).rgb; }
 
 bool has_flag(uvec4 info, uint flag) { return ((info.w >> FLAG_SHIFT) & flag) != 0u; }
 

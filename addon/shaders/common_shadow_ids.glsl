@@ -1,6 +1,6 @@
 // What a shadow map stores beside the depth: IDS 0 nothing, 1 the object's number (the ID test), 2 slot + 1 and triangle in the index pool
-// (the triangle-exact test; same numbers as the G-buffer's). Pieces of large triangles (IS_CUT) bring their triangle's number along,
-// triangles of coarser casters (COARSE) that of the original at them.
+// (the triangle-exact test; same numbers as the G-buffer's), 3 nothing of the kind: panes, what is see-through and tints light (pane.glsl).
+// Pieces of large triangles (IS_CUT) bring their triangle's number along, triangles of coarser casters (COARSE) that of the original at them.
 #ifndef IS_CUT
 #define IS_CUT 0
 #endif
@@ -28,6 +28,9 @@ void write_ids() { out_id = uvec2(v_id + 1u, v_first + texelFetch(u_coarse_sourc
 uniform int u_first_triangle;
 void write_ids() { out_id = uvec2(v_id + 1u, uint(u_first_triangle + gl_PrimitiveID)); }
 #endif
+#elif IDS == 3
+flat in uint v_id;   // slot
+#include "pane.glsl"
 #else
 void write_ids() {}
 #endif

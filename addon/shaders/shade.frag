@@ -27,7 +27,13 @@ uniform vec4 u_clay;
 #include "common_triangle_met.glsl"
 #endif
 #include "common_surface_seen.glsl"
+#include "common_panes.glsl"
+#if LAYER   // of what is see-through: what it adds to the picture, and what it leaves of what lies behind
+layout(location = 0, index = 0) out vec4 out_combined;
+layout(location = 0, index = 1) out vec4 out_through;
+#else
 layout(location = 0) out vec4 out_combined;
+#endif
 #if SUMS
 #include "common_sums.glsl"
 #endif
@@ -39,12 +45,14 @@ layout(location = 3) out ivec4 out_ids;     // object, map or -1, instance row
 
 #if LOOKS
 
+float most(vec3 v) { return max(v.r, max(v.g, v.b)); }
+
 // A surface with a look of its own; of a shadow catcher only how much darker it is than without what casts shadows on it.
-vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, float light, float falloff) {
+vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, vec3 light, float falloff) {
     if (has_flag(info, HOLDOUT)) return vec4(0.0);
     vec3 full = u_light_color.rgb * falloff, ambient = ambient_at(normal);
     if (has_flag(info, CATCHER)) {
-        vec3 bright = ambient + full * max(dot(normal, light_ws), 0.0), now = ambient + full * (max(dot(normal, light_ws), 0.0) * light);
+        vec3 bright = ambient + full * max(dot(normal, light_ws), 0.0), now = ambient + full * light * max(dot(normal, light_ws), 0.0);
 #if SUMS
         add_caught(dot(bright - now, vec3(1.0)), dot(bright, vec3(1.0)));
         return vec4(0.0);
@@ -53,7 +61,7 @@ vec4 looking(uvec4 info, vec3 color, vec3 normal, vec3 light_ws, vec3 eye_ws, fl
         return vec4(u_background.rgb * (1.0 - darker), mix(u_background.a, 1.0, darker));
     }
     Look look = look_of(info);
-    if (USE_OBJECT_COLORS == 0) look = Look(vec3(0.0), 1.0, 0.0, 1.0, 0.0, look.hole, look.through);
+    if (USE_OBJECT_COLORS == 0) look = Look(vec3(0.0), 1.0 - most(look.through), 0.0, 1.0, 0.0, look.hole, look.through);
     vec3 lit = answered(look, color, normal, light_ws, eye_ws, full * light, ambient, ambient_at(reflect(-eye_ws, normal)));
     return vec4(lit, 1.0) * (1.0 - look.hole);
 }
@@ -86,6 +94,7 @@ void main() {
     bool faces = dot(geometric, light_ws) > 0.0;
     int map = map_index(x_ws, view_depth);
     float light = 0.0, at_place = 0.0;   // over the sample's footprint, at its very place
+    vec3 tint = vec3(1.0);   // of the light that gets through panes
     vec3 errors = vec3(-1.0);
     if (map >= 0) {
         vec4 q = project(map, x_ws);
@@ -105,6 +114,9 @@ void main() {
 #else
                 light = at_place = light_at(r, on_surface);
 #endif
+#if PANES
+                if (light > 0.0) tint = tint_at(r);
+#endif
             }
         }
         if (DATA != 0 || DISPLAY == 2) {
@@ -121,6 +133,10 @@ void main() {
     if (has_flag(info, UNLIT)) light = at_place = 0.0;
 #endif
     if (u_light.w != 0.0 && !in_cone(u_light.xyz - x_ws)) light = at_place = 0.0;
+    vec3 passed = light * tint;
+    float got_through = dot(tint, vec3(1.0 / 3.0));
+    light *= got_through;
+    at_place *= got_through;
     float falloff = light_falloff(x_ws), arriving = light * falloff;
 #if SUMS
     float facing = falloff * max(dot(geometric, light_ws), 0.0);
@@ -151,7 +167,13 @@ void main() {
     vec3 color = USE_OBJECT_COLORS != 0 ? base_color(slot).rgb : u_clay.rgb;
     out_combined = vec4(displayed(color, smooth_normal, light_ws, DISPLAY == 1 ? light : arriving, errors, map), 1.0);
 #if LOOKS && DISPLAY == 0
-    out_combined = looking(info, color, smooth_normal, light_ws, -normalize(along), light, falloff);
+    out_combined = looking(info, color, smooth_normal, light_ws, -normalize(along), passed, falloff);
+#if LAYER
+    vec3 through = clamp(look_of(info).through, 0.0, 1.0);
+    float left = dot(through, vec3(1.0 / 3.0));
+    out_combined.a = 1.0 - left;
+    out_through = vec4(through, left);
+#endif
 #endif
 #if SUMS
     out_combined = summed(out_combined);

@@ -4,6 +4,11 @@ flat in float g_level;
 noperspective in vec2 g_rise;
 
 void main() {
-    gl_FragDepth = clamp((g_level + g_rise.x / g_rise.y) * 0.5 + 0.5, 0.0, 1.0);
+    float depth = g_level + g_rise.x / g_rise.y;
+#if IDS == 3
+    write_pane(depth);
+#else
+    gl_FragDepth = clamp(depth * 0.5 + 0.5, 0.0, 1.0);
     write_ids();
+#endif
 }

@@ -138,18 +138,18 @@ def ours(scene, **options):
     return result.combined, result.report["warnings"]
 
 
-def as_judge(scene):
-    """Cycles: no bounces, one sample at pixel centres."""
+def as_judge(scene, samples=1):
+    """Cycles: no bounces, one sample at pixel centres; more where it throws dice, which it does for what is see-through."""
     scene.render.engine = "CYCLES"
     asked = scene.cycles
-    asked.device, asked.samples, asked.use_adaptive_sampling, asked.use_denoising = "CPU", 1, False, False
+    asked.device, asked.samples, asked.use_adaptive_sampling, asked.use_denoising = "CPU", samples, False, False
     asked.pixel_filter_type, asked.filter_width, asked.max_bounces, asked.transparent_max_bounces = "BOX", 0.01, 0, 16
 
 
-def cycles(scene, path):
+def cycles(scene, path, samples=1):
     """(h, w, 4) of Cycles, by way of a file in the folder `path`."""
     render, image = scene.render, scene.render.image_settings
-    as_judge(scene)
+    as_judge(scene, samples)
     if hasattr(image, "media_type"):
         image.media_type = "IMAGE"
     image.file_format, image.color_depth, image.color_mode, image.exr_codec = "OPEN_EXR", "32", "RGBA", "NONE"

@@ -35,9 +35,8 @@ def viewport(room, monkeypatch):
             if self.error is not None:
                 raise self.error
             picture = np.full((1, 1, 4), len(self.job.scene.instances), np.float32)
-            return SimpleNamespace(
-                job=self.job, frame=SimpleNamespace(passes={"combined": picture}, plan=None, impostors=(), view_depth=None)
-            )
+            frame = SimpleNamespace(passes={"combined": picture}, plan=None, impostors=(), view_depth=None, warnings=())
+            return SimpleNamespace(job=self.job, frame=frame)
 
     monkeypatch.setattr(viewport, "submit", Making)
     monkeypatch.setattr(viewport.session, "remember", lambda outcome, scene: None)

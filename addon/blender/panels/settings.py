@@ -12,7 +12,7 @@ from ...settings.options import BY_NAME
 from ..light_kind import light_type
 from ..properties import seam_count
 from ..section_properties import NAMES
-from ..session import is_last_current, last
+from ..session import is_last_current, last, warnings
 from .chosen import is_live, look_label, preset_label
 from .compatible import ENGINE
 from .impostors import CAPTURE, LIFE, draw_impostor_export, draw_impostors
@@ -20,6 +20,8 @@ from .placing import draw_camera, draw_sun, draw_sun_hours, draw_sun_study
 from .words import paragraph, sharpness
 
 TAB = "CAD Shadow"
+MOST_SAID = 4
+"""Warnings of the last picture that the Preview panel has room for."""
 
 
 def draw_option(layout: bpy.types.UILayout, props: bpy.types.PropertyGroup, name: str) -> None:
@@ -106,6 +108,11 @@ def draw_preview(self: bpy.types.Panel, context: bpy.types.Context) -> None:
     sharp = sharpness(outcome.report["measured"]) if outcome is not None and is_last_current(context.scene) else None
     if sharp:
         paragraph(layout, context, sharp, "INFO")
+    said = warnings()
+    for line in said[:MOST_SAID]:
+        paragraph(layout, context, line, "ERROR")
+    if len(said) > MOST_SAID:
+        paragraph(layout, context, f"and {len(said) - MOST_SAID} more, listed under Quality after Preview or Analyse", "BLANK1")
 
 
 def choice_row(layout: bpy.types.UILayout, label: str) -> bpy.types.UILayout:

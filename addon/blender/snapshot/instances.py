@@ -13,7 +13,7 @@ from ...scene.records import Mark
 from .complaints import complaints
 from .light_links import Linked, links_of
 from .lights import light_from_object
-from .materials import OPAQUE, Followed, Paint, paint_of
+from .materials import Followed, Paint, paint_of, viewport_paint
 from .random_numbers import random_of
 from .varied import slot_and_color
 from .visibility import any_index, flags_reader
@@ -22,7 +22,6 @@ MarkOf = Callable[[bpy.types.DepsgraphObjectInstance], Mark | None]
 IGNORED, LIGHT, CAMERA = -1, -2, -3
 SEVERAL = object()  # equal to no material
 FLAT = 1e-12
-SEE_THROUGH = "Drawn opaque, though one can see through: {}. What lets more than half of the light through casts no shadow."
 _DRAWN_TYPES = ("mesh", "curve", "surf", "font", "meta", "empty", "curves", "hair_curves", "pointcloud", "volume")
 _TYPE_SWITCHES = tuple(f"show_object_viewport_{kind}" for kind in _DRAWN_TYPES)
 
@@ -102,7 +101,6 @@ class InstanceLoop:
         self._asking: set[int] = set()  # kinds with a material that depends on the object
         self._variants: dict[tuple[int, tuple[Paint, ...]], int] = {}
         self._unfollowed: dict[str, None] = {}
-        self._see_through: dict[str, None] = {}
         self._lights: list[bpy.types.Object] = []
 
     def run(self) -> Rows:
@@ -118,8 +116,6 @@ class InstanceLoop:
         dropped = rows.keep(is_invertible(rows.matrices))
         if dropped:
             rows.warnings.append(f"Left out, scaled to zero or placed at infinity: {listed(dropped)}. Set their scale back to 1.")
-        if self._see_through:
-            rows.warnings.append(SEE_THROUGH.format(listed(list(self._see_through))))
         if self._unfollowed:
             rows.warnings.append(
                 f"Shown in their viewport colour, because their nodes cannot be followed: {listed(list(self._unfollowed))}."
@@ -190,7 +186,7 @@ class InstanceLoop:
         """The kind of an object that differs from what its mesh says: its own colour, materials linked to it or that depend on it."""
         paints = base = self.rows.kinds[kind].paints
         if self.use_object_color:
-            paints = (Paint(tuple(ob.color)),)
+            paints = (viewport_paint(ob.color),)
         else:
             materials = [self.override] if self.override else [slot.material for slot in ob.material_slots]
             paints = tuple(self._paint_on(material, ob, random_id) for material in materials) or base
@@ -220,8 +216,6 @@ class InstanceLoop:
     def _noted(self, material: bpy.types.Material | None, followed: Followed) -> Followed:
         if not followed.is_followed:
             self._unfollowed[material.name] = None
-        if material is not None and followed.paint.is_solid and followed.paint.color[3] < OPAQUE:
-            self._see_through[material.name] = None
         return followed
 
     def _add_light(self, ob: bpy.types.Object, matrix: np.ndarray) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 from ...errors import SceneError
 from ...maths.view import Light
 from ...scene.light_choice import FAINTEST, strength
-from .nodes import Plug, Surroundings, Unfollowable
+from .node_maths import Unfollowable
+from .nodes import Plug, Surroundings
 from .shaders import closures
 
 MAX_CONE_RAD = 1.5

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
 
 from ...scene.looks import COATED, PLAIN, Look
-from .nodes import Plug, Surroundings, Unfollowable
-from .shaders import Closures, closures
+from .node_maths import Unfollowable
+from .nodes import Plug, Surroundings
+from .shaders import BLACK, Closures, Rgb, closures
 
 DEFAULT_COLOR = (0.8, 0.8, 0.8, 1.0)
 FAINTEST = 0.004
 """Opacity of a surface that is as good as not there: less than a step of an 8-bit picture."""
-LETS_LIGHT_THROUGH = 0.5
-"""Opacity below which a surface casts no shadow."""
-OPAQUE = 0.99
 Color = tuple[float, float, float, float]
 
 
@@ -66,15 +65,18 @@ def _followed(material: bpy.types.Material, ob: bpy.types.Object | None, random:
     output = material.node_tree.get_output_node("ALL")
     if output is None:
         return Followed(Paint((0.0, 0.0, 0.0, 1.0), PLAIN))
-    around = Surroundings(ob, random)
+    around, surface = Surroundings(ob, random), Plug(output.inputs["Surface"])
     try:
-        seen = closures(Plug(output.inputs["Surface"]), around)
+        seen = closures(surface, around)
+        light = closures(surface, Surroundings(ob, random, is_shadow=True)).through if around.tells_rays_apart else seen.through
     except Unfollowable:
-        return Followed(Paint(tuple(material.diffuse_color), plain_look(material)), False, around.asked)
+        return Followed(viewport_paint(material.diffuse_color, plain_look(material)), False, around.asked)
+    if not getattr(material, "use_transparent_shadow", True):
+        light = BLACK
     if seen == Closures():
         is_volume = output.inputs["Volume"].is_linked
         return Followed(Paint((0.0, 0.0, 0.0, 1.0), PLAIN, not is_volume), asks=around.asked)
-    return Followed(_varied(_paint(seen), material, around), asks=around.asked)
+    return Followed(_varied(_paint(seen, light), material, around), asks=around.asked)
 
 
 def _varied(paint: Paint, material: bpy.types.Material, around: Surroundings) -> Paint:
@@ -82,7 +84,8 @@ def _varied(paint: Paint, material: bpy.types.Material, around: Surroundings) ->
     if not around.varies or not paint.is_solid:
         return paint
     socket = material.node_tree.get_output_node("ALL").inputs["Surface"]
-    ends = [_paint(closures(Plug(socket), Surroundings(around.object, around.random, varying=end))).color for end in (0.0, 1.0)]
+    worn = [Surroundings(around.object, around.random, varying=end) for end in (0.0, 1.0)]
+    ends = [_paint(closures(Plug(socket), one), BLACK).color for one in worn]
     return replace(paint, varied=tuple(ends))
 
 
@@ -91,11 +94,16 @@ def plain_look(material: bpy.types.Material) -> Look:
     return Look(metallic=float(material.metallic), roughness=float(material.roughness), f0=COATED.f0)
 
 
-def _paint(seen: Closures) -> Paint:
-    opacity = 1.0 - min(max(seen.through), 1.0)
-    if opacity < FAINTEST and seen.weight < FAINTEST:
-        return Paint((*seen.through, opacity), PLAIN, False)
-    tinted = seen.weight < FAINTEST and seen.emission == (0.0, 0.0, 0.0) and seen.hole == 0.0
-    color, weight = (seen.through, 1.0) if tinted else (seen.color, seen.weight / max(opacity, FAINTEST))
-    look = Look(seen.emission, weight, seen.metallic, seen.roughness, seen.f0, (0.0, 0.0, 0.0), seen.hole)
-    return Paint((*color, opacity), look)
+def viewport_paint(color: Sequence[float], look: Look = COATED) -> Paint:
+    """A colour with an opacity, as the viewport shows it."""
+    red, green, blue, opacity = map(float, color)
+    return Paint((red, green, blue, opacity), look.faded(opacity), opacity >= FAINTEST)
+
+
+def _paint(seen: Closures, light: Rgb) -> Paint:
+    """What is seen, and the part of the `light` that passes."""
+    through, light = (tuple(min(c, 1.0) for c in rgb) for rgb in (seen.through, light))
+    opacity = 1.0 - sum(through) / 3.0
+    is_there = max(1.0 - min(*through, *light), seen.weight, *seen.emission) >= FAINTEST
+    look = Look(seen.emission, seen.weight, seen.metallic, seen.roughness, seen.f0, through, seen.hole, light)
+    return Paint((*seen.color, opacity), look, is_there)

@@ -8,24 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import pi
 
 import bpy
 import numpy as np
 from mathutils import Color as HsvColor
 
+from .node_maths import MATH, VECTORS, Unfollowable, Value, blackbody, blended, hsl_of, hsv_of, rgb_of, rgb_of_hsl
 from .pictures import mean_color
 from .vertex_colors import mean_attribute
 
 GREY = np.array([0.2126, 0.7152, 0.0722])  # luminance of linear Rec. 709
 DEEPEST = 64
-Value = np.ndarray
-"""A float64 number () or colour (3,); images and attributes (4,) on the way."""
 Groups = tuple[bpy.types.Node, ...]
-
-
-class Unfollowable(Exception):
-    """A socket's value cannot be known here: the node's type."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +32,8 @@ class Plug:
 
 @dataclass(eq=False)
 class Surroundings:
-    """What nodes may ask of the object that wears a material, and of the ray. `asked`: whether of the object; `varies`: of its surface."""
+    """What nodes may ask of the object that wears a material, and of the ray. `asked`: whether of the object; `varies`: of its surface;
+    `tells_rays_apart`: of the ray."""
 
     object: bpy.types.Object | None = None
     random: float = 0.0
@@ -46,6 +41,7 @@ class Surroundings:
     varying: float | None = None  # what images and attributes give, instead of their mean
     asked: bool = field(default=False)
     varies: bool = field(default=False)
+    tells_rays_apart: bool = field(default=False)
 
     def ask(self) -> bpy.types.Object | None:
         """The object; from now on the answer holds for it alone."""
@@ -172,34 +168,8 @@ def _mix_rgb(ask: Ask) -> Value:
     return np.clip(mixed, 0.0, 1.0) if ask.node.use_clamp else mixed
 
 
-def blended(kind: str, factor: Value, a: Value, b: Value) -> Value:
-    """Two values mixed as the Mix node of that blend type does. Raises `Unfollowable` for the types that turn hues."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rule = _BLENDS.get(kind)
-        if rule is None:
-            raise Unfollowable(f"MIX {kind}")
-        return a + factor * (np.nan_to_num(rule(a, b), posinf=0.0, neginf=0.0) - a)
-
-
-_BLENDS: dict[str, Callable[[Value, Value], Value]] = {
-    "MIX": lambda a, b: b,
-    "DARKEN": np.minimum,
-    "LIGHTEN": np.maximum,
-    "MULTIPLY": lambda a, b: a * b,
-    "SCREEN": lambda a, b: 1.0 - (1.0 - a) * (1.0 - b),
-    "ADD": lambda a, b: a + b,
-    "SUBTRACT": lambda a, b: a - b,
-    "DIVIDE": lambda a, b: a / b,
-    "DIFFERENCE": lambda a, b: np.abs(a - b),
-    "EXCLUSION": lambda a, b: np.maximum(a + b - 2.0 * a * b, 0.0),
-    "OVERLAY": lambda a, b: np.where(a < 0.5, 2.0 * a * b, 1.0 - 2.0 * (1.0 - a) * (1.0 - b)),
-    "LINEAR_LIGHT": lambda a, b: a + 2.0 * b - 1.0,
-    "SOFT_LIGHT": lambda a, b: (1.0 - a) * a * b + a * (1.0 - (1.0 - a) * (1.0 - b)),
-}
-
-
 def _math(ask: Ask) -> Value:
-    rule = _MATH.get(ask.node.operation)
+    rule = MATH.get(ask.node.operation)
     if rule is None:
         raise Unfollowable(f"MATH {ask.node.operation}")
     operands = [ask.number(i) for i in range(rule.__code__.co_argcount)]
@@ -208,42 +178,51 @@ def _math(ask: Ask) -> Value:
     return np.array(min(max(result, 0.0), 1.0) if ask.node.use_clamp else result)
 
 
-_MATH: dict[str, Callable[..., float]] = {
-    "ADD": lambda a, b: a + b,
-    "SUBTRACT": lambda a, b: a - b,
-    "MULTIPLY": lambda a, b: a * b,
-    "DIVIDE": lambda a, b: a / b,
-    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
-    "POWER": lambda a, b: a**b,
-    "SQRT": lambda a: np.sqrt(a),
-    "ABSOLUTE": lambda a: abs(a),
-    "MINIMUM": lambda a, b: min(a, b),
-    "MAXIMUM": lambda a, b: max(a, b),
-    "LESS_THAN": lambda a, b: float(a < b),
-    "GREATER_THAN": lambda a, b: float(a > b),
-    "ROUND": lambda a: np.floor(a + 0.5),
-    "FLOOR": lambda a: np.floor(a),
-    "CEIL": lambda a: np.ceil(a),
-    "FRACT": lambda a: a - np.floor(a),
-    "MODULO": lambda a, b: np.fmod(a, b),
-    "SINE": lambda a: np.sin(a),
-    "COSINE": lambda a: np.cos(a),
-    "RADIANS": lambda a: a * pi / 180.0,
-    "DEGREES": lambda a: a * 180.0 / pi,
-}
-
-
 def _ramp(ask: Ask) -> Value:
     found = np.array(ask.node.color_ramp.evaluate(ask.number("Fac" if "Fac" in ask.node.inputs else "Factor")), np.float64)
     return np.array(found[3]) if ask.out.name == "Alpha" else found
 
 
 def _map_range(ask: Ask) -> Value:
-    if ask.node.data_type != "FLOAT" or ask.node.interpolation_type != "LINEAR":
-        raise Unfollowable("MAP_RANGE")
-    at, low, high, to_low, to_high = (ask.number(i) for i in range(5))
-    share = (at - low) / (high - low) if high != low else 0.0
-    return np.array(to_low + (min(max(share, 0.0), 1.0) if ask.node.clamp else share) * (to_high - to_low))
+    node = ask.node
+    if node.data_type == "FLOAT":
+        at, low, high, to_low, to_high = (ask.number(i) for i in range(5))
+        steps = ask.number("Steps") if node.interpolation_type == "STEPPED" else 0.0
+    else:
+        at, low, high, to_low, to_high = (ask.color(f"{name}_FLOAT3") for name in ("Vector", "From_Min", "From_Max", "To_Min", "To_Max"))
+        steps = ask.color("Steps_FLOAT3") if node.interpolation_type == "STEPPED" else 0.0
+    share = np.divide(np.subtract(at, low), np.subtract(high, low), out=np.zeros(np.shape(at)), where=np.not_equal(high, low))
+    if node.interpolation_type == "STEPPED":
+        share = np.divide(np.floor(share * (np.array(steps) + 1.0)), steps, out=np.zeros(np.shape(at)), where=np.not_equal(steps, 0.0))
+    elif node.interpolation_type != "LINEAR":
+        share = np.clip(share, 0.0, 1.0)
+        share = share**3 * (share * (share * 6.0 - 15.0) + 10.0) if "ER" in node.interpolation_type else share**2 * (3.0 - 2.0 * share)
+    if node.clamp and node.interpolation_type in ("LINEAR", "STEPPED"):
+        share = np.clip(share, 0.0, 1.0)
+    return np.array(to_low + share * np.subtract(to_high, to_low))
+
+
+def _vector_math(ask: Ask) -> Value:
+    if ask.node.operation == "SCALE":
+        return ask.color(0) * ask.number("Scale")
+    rule = VECTORS.get(ask.node.operation)
+    if rule is None:
+        raise Unfollowable(f"VECTOR MATH {ask.node.operation}")
+    operands = [ask.color(i) for i in range(rule.__code__.co_argcount)]
+    with np.errstate(all="ignore"):
+        return np.nan_to_num(rule(*operands), posinf=0.0, neginf=0.0)
+
+
+def _curves(ask: Ask) -> Value:
+    """RGB and Float Curves at a value; the fourth curve of colours is for all channels."""
+    mapping = ask.node.mapping
+    mapping.initialize()
+    if ask.node.type == "CURVE_FLOAT":
+        before = ask.number("Value")
+        return np.array(before + ask.number(0) * (mapping.evaluate(mapping.curves[0], before) - before))
+    before = ask.color("Color")
+    both = [mapping.evaluate(mapping.curves[i], mapping.evaluate(mapping.curves[3], float(before[i]))) for i in range(3)]
+    return before + ask.number(0) * (np.array(both) - before)
 
 
 def _hue(ask: Ask) -> Value:
@@ -275,15 +254,14 @@ def _contrast(ask: Ask) -> Value:
 
 
 def _separate(ask: Ask) -> Value:
-    if getattr(ask.node, "mode", "RGB") != "RGB":
-        raise Unfollowable(ask.node.type)
-    return np.array(ask.color(0)[list(ask.node.outputs).index(ask.out)])
+    mode = getattr(ask.node, "mode", "RGB")
+    parts = {"HSV": hsv_of, "HSL": hsl_of}.get(mode, np.asarray)(ask.color(0))
+    return np.array(parts[list(ask.node.outputs).index(ask.out)])
 
 
 def _combine(ask: Ask) -> Value:
-    if getattr(ask.node, "mode", "RGB") != "RGB":
-        raise Unfollowable(ask.node.type)
-    return np.array([ask.number(i) for i in range(3)])
+    parts = [ask.number(i) for i in range(3)]
+    return {"HSV": rgb_of, "HSL": rgb_of_hsl}.get(getattr(ask.node, "mode", "RGB"), lambda *rgb: np.array(rgb))(*parts)
 
 
 def _image(ask: Ask) -> Value:
@@ -347,6 +325,7 @@ def _part(found: Value, name: str) -> Value:
 
 def _light_path(ask: Ask) -> Value:
     """Rays of the camera, or of a lamp's shadow."""
+    ask.around.tells_rays_apart = True
     seen = {"Is Shadow Ray": ask.around.is_shadow, "Is Camera Ray": not ask.around.is_shadow}
     return np.array(float(seen.get(ask.out.name, 0.0)))
 
@@ -389,6 +368,12 @@ MAKERS: dict[str, Callable[[Ask], Value]] = {
     "SEPRGB": _separate,
     "COMBINE_COLOR": _combine,
     "COMBRGB": _combine,
+    "SEPXYZ": _separate,
+    "COMBXYZ": _combine,
+    "VECT_MATH": _vector_math,
+    "CURVE_RGB": _curves,
+    "CURVE_FLOAT": _curves,
+    "BLACKBODY": lambda ask: blackbody(ask.number(0)),
     "TEX_IMAGE": _image,
     "OBJECT_INFO": _object_info,
     "ATTRIBUTE": _attribute,

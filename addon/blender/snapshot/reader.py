@@ -22,7 +22,7 @@ import numpy as np
 
 from ...errors import SceneError
 from ...maths.view import Camera, Light
-from ...scene.looks import NO_SHADOW, PLAIN, Look
+from ...scene.looks import PLAIN, Look
 from ...scene.memory import give_back
 from ...scene.mesh_pieces import Prepared, RawMesh, prepare_all
 from ...scene.mesh_prep import DEFAULT_CREASE_RAD, Defects
@@ -30,7 +30,6 @@ from ...scene.records import Instances, Mesh, Scene
 from .cameras import camera_from_object
 from .instances import InstanceLoop, Rows, listed
 from .marks import mark_reader
-from .materials import LETS_LIGHT_THROUGH
 from .meshes import read_object
 from .varied import Source, Sources, slot_and_color, sources_of
 
@@ -299,9 +298,7 @@ def _expanded(rows: Rows, counts: np.ndarray, offsets: np.ndarray, of: Entries) 
     entry = np.arange(len(object_id)) - np.repeat(np.cumsum(per_row) - per_row, per_row) + np.repeat(first, per_row)
     matrices = rows.matrices.copy()
     matrices[:, :3, 3] += np.einsum("nij,nj->ni", matrices[:, :3, :3], offsets[kind])
-    flags = np.where(of.colors[entry][:, 3] < LETS_LIGHT_THROUGH, NO_SHADOW, 0).astype(np.uint8)
-    if rows.flags:
-        flags |= np.array(rows.flags, dtype=np.uint8)[object_id]
+    flags = np.array(rows.flags, dtype=np.uint8)[object_id] if rows.flags else np.zeros(len(entry), np.uint8)
     return Instances(
         of.meshes[entry], matrices[object_id], object_id, of.slots[entry], of.colors[entry], of.looks[entry], flags, of.materials[entry]
     )

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .nodes import Ask, Plug, Surroundings, Unfollowable, origin
+from .node_maths import Unfollowable
+from .nodes import Ask, Plug, Surroundings, origin
 
 Rgb = tuple[float, float, float]
 BLACK: Rgb = (0.0, 0.0, 0.0)

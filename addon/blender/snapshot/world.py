@@ -6,7 +6,8 @@ import bpy
 import numpy as np
 
 from ...settings.groups import BRIGHTEST, ShadingWorld
-from .nodes import Plug, Surroundings, Unfollowable, number, origin
+from .node_maths import Unfollowable
+from .nodes import Plug, Surroundings, number, origin
 from .pictures import mean_halves
 from .shaders import closures
 

@@ -272,7 +272,7 @@ class DrawList:
         return self.on_demand["u_extents"][0]
 
     def looks(self) -> BufferTexture | None:
-        """`u_looks` (RGBA32F): three texels for each look of the scene, made when first asked for; None where all is plain."""
+        """`u_looks` (RGBA32F): four texels for each look of the scene, made when first asked for; None where all is plain."""
         if np.array_equal(self.scene.looks, PLAIN_LOOKS) and not self.scene.instances.flags.any():
             return None
         if "u_looks" not in self.on_demand:

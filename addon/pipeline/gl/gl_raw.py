@@ -50,6 +50,7 @@ _SIGNATURES = {
     "glBindTexture": (_uint, _uint),
     "glActiveTexture": (_uint,),
     "glTexImage3D": (_uint, _int, _int, _int, _int, _int, _int, _uint, _uint, _void),
+    "glCopyTexSubImage3D": (_uint, _int, _int, _int, _int, _int, _int, _int, _int),
     "glTexParameteri": (_uint, _uint, _int),
     "glTexBuffer": (_uint, _uint, _uint),
     "glGenRenderbuffers": (_int, _names),

@@ -79,6 +79,18 @@ def check_maps(size: int, layers: int, ids: int, doubled: bool) -> None:
     _check(wanted, f"{layers} shadow map{'s' * (layers > 1)} of {size}² texels", "lower Map Size or Partitions")
 
 
+def check_layers(size: tuple[int, int], layers: int, each: int = 20) -> None:
+    """Raise `GpuError` when the layers of what is see-through pass the memory limit, at so many bytes a pixel."""
+    what = f"{layers} layers of what is see-through, {size[0]}×{size[1]} pixels each,"
+    _check(size[0] * size[1] * each * layers, what, "choose a smaller size")
+
+
+def check_panes(side: int, maps: int, layers: int) -> None:
+    """Raise `GpuError` when the layers of what tints light pass the memory limit. Bytes per texel: 8; 20 of those in the making."""
+    wanted = side * side * (8 * maps * layers + 20)
+    _check(wanted, f"{layers} layers of transparent casters before {maps} shadow maps", "lower Map Size or Partitions")
+
+
 def _check(wanted: int, what: str, advice: str) -> None:
     limit = chosen().memory_mib
     if limit and wanted > limit * MEBI:

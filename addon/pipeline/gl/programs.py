@@ -59,6 +59,9 @@ SAMPLER_UNITS = {
     "u_shares": 37,
     "u_coarse_places": 38,
     "u_coarse_sources": 39,
+    "u_panes": 40,
+    "u_peeled": 41,
+    "u_peeled_depth": 42,
 }
 Defines = tuple[tuple[str, int | float | str], ...]
 

@@ -73,12 +73,13 @@ class Part:
 
 
 def parts_of(scene: Scene, groups: Sequence[ImpostorGroup]) -> list[Part]:
-    """The groups' rows and bounds; a group without instances (deleted, hidden) has no rows."""
+    """The groups' rows and bounds; a group without instances (deleted, hidden) has no rows. What is see-through is of no impostor."""
     bounds = scene.instance_bounds_ws()
     counts = np.array([len(m.triangles) for m in scene.meshes], np.int64)[scene.instances.mesh_index]
-    parts = []
+    clear = [rows for rows in (scene.see_through, scene.shines_through) if rows is not None]
+    whole, parts = ~np.any([np.zeros(len(counts), bool), *clear], axis=0), []
     for group in groups:
-        rows = np.isin(scene.instances.object_id, group.object_ids)
+        rows = np.isin(scene.instances.object_id, group.object_ids) & whole
         box = np.zeros((2, 3))
         if rows.any():
             box = np.stack([bounds[rows, 0].min(axis=0), bounds[rows, 1].max(axis=0)])

@@ -18,7 +18,7 @@ from ..gl.depth_buffer import DepthBuffer
 from ..gl.programs import Programs
 from .surface import SurfaceShader, draw_surfaces
 
-SURFACE = SurfaceShader("gbuffer.frag")
+SURFACE = SurfaceShader("gbuffer.frag", {"PEEL": 0})
 FROM_TEXTURE = 1 << 31
 """Added to the triangle in `ids` where an impostor drew it: what the view ray meets is near it, and found when shading."""
 
@@ -66,12 +66,17 @@ def draw_gbuffer(
 ) -> int:
     """Draw the scene (or only the instance rows of the mask `rows`) as the camera sees it; returns the triangles sent.
 
-    The depths are fitted to all that the camera can see of the scene, also to what is drawn later in another way (impostors).
+    The depths are fitted to all that the camera can see of the scene, also to what is drawn later in another way (impostors, layers).
     """
-    bounds = draw_list.bounds_ws()
-    eye = AnchoredCamera.of(camera, bounds[visible(bounds, frustum_planes(camera.clip_from_world))])
+    eye = eye_of(draw_list, camera)
     target.clear(eye.depth)
     return draw_surfaces(context, programs, draw_list, eye, SURFACE, target.size, rows, culled=True)
+
+
+def eye_of(draw_list: DrawList, camera: Camera) -> AnchoredCamera:
+    """The camera with depths fitted to all that it can see of the scene."""
+    bounds = draw_list.bounds_ws()
+    return AnchoredCamera.of(camera, bounds[visible(bounds, frustum_planes(camera.clip_from_world))])
 
 
 def pixel_rays(camera: Camera, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:

@@ -27,10 +27,12 @@ from ..gl.programs import SAMPLER_UNITS, Programs, matrix_bytes, set_uniforms
 from .gbuffer import FROM_TEXTURE, GBuffer, pixel_from_world, pixel_rays
 from .large_receivers import LargePlanes
 from .light_sums import LightSums
+from .panes import PaneMaps
 from .shadow import MAX_MAPS, ShadowMaps, plan_block
 from .shadow_defines import shadow_defines, shadow_uniforms
 from .sky_light import SkyLight
 
+_SRC1_COLOR, _SRC1_ALPHA = 0x88F9, 0x8589  # blending by a shader's second output (OpenGL 3.3)
 NO_SPREAD = 1.5
 """A panel's half spread from which on it counts as not narrowed."""
 FOLLOWED = {"MOST_FOLLOWED": 64, "FROM_TEXTURE": f"{FROM_TEXTURE}u"}
@@ -55,12 +57,33 @@ class ShadeTarget:
                 context.texture(size, 4, dtype="i4"),
             ]
         self.framebuffer = context.framebuffer(self.textures)
+        self.picture = context.framebuffer(self.textures[:1]) if data else self.framebuffer
 
     def release(self) -> None:
         """Free the targets."""
-        self.framebuffer.release()
+        for framebuffer in {self.framebuffer, self.picture}:
+            framebuffer.release()
         for texture in self.textures:
             texture.release()
+
+
+def lay_over(
+    context: moderngl.Context,
+    picture: moderngl.Framebuffer,
+    gbuffer: GBuffer,
+    program: moderngl.Program,
+    array: moderngl.VertexArray,
+) -> None:
+    """Run `program` where the G-buffer has a surface: what it shows is added to what it leaves of the picture there."""
+    depth = gbuffer.projection
+    set_uniforms(program, u_ndc_depth=2.0 * depth.farthest - 1.0)
+    with gbuffer.depth.attached(picture):
+        context.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)
+        context.blend_func = moderngl.ONE, _SRC1_COLOR, moderngl.ONE, _SRC1_ALPHA
+        context.depth_func = {"<": ">", ">": "<"}[depth.nearer]
+        draw_triangles(context, array, 3)
+        context.depth_func, context.blend_func = "<", moderngl.DEFAULT_BLENDING
+    context.enable_only(moderngl.NOTHING)
 
 
 class ShadePass:
@@ -87,18 +110,23 @@ class ShadePass:
         side: int = 1,
         part: float | None = None,
         sky: SkyLight | None = None,
+        panes: PaneMaps | None = None,
+        is_layer: bool = False,
     ) -> None:
         """Shade `gbuffer` into `target`, or add a `part` of it to what sums hold. `large`: the planes of triangles too large for
         float32, relative to the plan's origin.
 
         `impostors`: it holds some, whose texels name a triangle near the one seen; `triangles` must be linked. `side`: so many pixels of
         the target to a side of the picture's own, which softness and error are told in. `sky`: what stands before it; None: nothing does.
+        `panes`: what tints the light. `is_layer`: `gbuffer` is a layer of what is see-through, laid over the picture that `target` holds.
         """
         looks = draw_list.looks()
         more = {} if looks is None else {"u_looks": looks}
         more |= {} if large is None else {"u_large": large.texture}
         more |= {} if sky is None else sky.inputs()
-        program = self._program(draw_list, plan, settings, large is not None, impostors, target.data, part is not None, sky is not None)
+        more |= {} if panes is None else {"u_panes": panes.array}
+        kind = {"DATA": target.data and not is_layer, "SUMS": part is not None, "LAYER": is_layer, "PANES": panes is not None}
+        program = self._program(draw_list, plan, settings, LARGE=large is not None, IMPOSTORS=impostors, SKY=sky is not None, **kind)
         self._bind(program, gbuffer, maps, draw_list, triangles | more)
         origin = plan.origin_ws if plan else np.zeros(3)
         set_uniforms(
@@ -109,6 +137,7 @@ class ShadePass:
             u_large_count=large.count if large is not None else 0,
             u_map_count=len(plan.projections) if plan else 0,
             u_map_size=float(settings.fit.size),
+            **({} if panes is None else panes.uniforms()),
             u_side=float(side),
             u_part=part or 0.0,
             **({} if sky is None else sky.uniforms(origin)),
@@ -119,7 +148,9 @@ class ShadePass:
             **shadow_uniforms(settings.test, plan),
         )
         write_buffer(self._context, self._block, plan_block(plan))
-        if part is None:
+        if is_layer:
+            lay_over(self._context, target.picture, gbuffer, program, self._array(program))
+        elif part is None:
             self._cover(target, gbuffer, program, settings, everywhere=impostors)
         else:
             self._add(target, gbuffer, program, everywhere=impostors)
@@ -129,31 +160,23 @@ class ShadePass:
         draw_list: DrawList,
         plan: ShadowPlan | None,
         settings: Settings,
-        has_large: bool,
-        impostors: bool,
-        has_data: bool,
-        is_sum: bool,
-        has_sky: bool,
+        **kind: bool,
     ) -> moderngl.Program:
         """The program with what this picture needs compiled in. The edges of soft shadows need no smoothing."""
         return self._programs.get(
             "fullscreen.vert",
             "shade.frag",
             INSTANCED=0,
-            DATA=has_data,
-            SUMS=is_sum,
-            SKY=has_sky,
             MAX_MAPS=MAX_MAPS,
             ANY_LOG=any(p.log is not None for p in plan.projections) if plan else False,
             DISPLAY=DISPLAYS.index(settings.shading.display),
             ERROR_COLORS=len(SCALE_COLORS),
             USE_OBJECT_COLORS=settings.shading.use_object_colors,
-            LARGE=has_large,
-            IMPOSTORS=impostors,
+            **kind,
             **FOLLOWED,
             LOOKS=draw_list.looks() is not None,
             GROUND=GROUND if draw_list.scene.ground is not None else 0,
-            **shadow_defines(replace(settings.test, smoothing=1) if is_sum and settings.lights.samples else settings.test),
+            **shadow_defines(replace(settings.test, smoothing=1) if kind["SUMS"] and settings.lights.samples else settings.test),
         )
 
     def _add(self, sums: LightSums, gbuffer: GBuffer, program: moderngl.Program, everywhere: bool) -> None:
@@ -167,6 +190,15 @@ class ShadePass:
             draw_triangles(context, self._array(program), 3)
             context.depth_func = "<"
         context.enable_only(moderngl.NOTHING)
+
+    def lay_sums_over(self, target: ShadeTarget, gbuffer: GBuffer, sums: LightSums, draw_list: DrawList) -> None:
+        """Lay a layer of what is see-through, as lights have added it up, over the picture that `target` holds."""
+        program = self._programs.get("fullscreen.vert", "resolve_layer.frag")
+        set_uniforms(program, u_share=1.0 / sums.total)
+        for name, texture in {"u_sampled": sums.textures[0], "u_ids": gbuffer.ids, "u_looks": draw_list.looks()}.items():
+            texture.use(SAMPLER_UNITS[name])
+        draw_list.bind_table()
+        lay_over(self._context, target.picture, gbuffer, program, self._array(program))
 
     def _cover(self, target: ShadeTarget, gbuffer: GBuffer, program: moderngl.Program, settings: Settings, everywhere: bool) -> None:
         """Run `program` where the G-buffer has a surface, and the background's where it has none; `everywhere`, as impostors' outlines are

@@ -92,7 +92,7 @@ def draw_shadow_maps(
     `rows` (I,) bool: only these instance rows of the scene. `coarse`: coarser meshes, drawn where the test's `caster_error` allows.
     """
     defines = {"IDS": maps.ids_kind, "ID_PER_MATERIAL": int(test.id_per_material)}
-    draw_one = partial(_draw_one, programs, draw_list, plan.origin_ws, size=maps.size, defines=defines, rows=rows)
+    draw = partial(draw_one, programs, draw_list, plan.origin_ws, size=maps.size, defines=defines, rows=rows)
     maps.holds, maps.caster_error = None, 0.0
     context.enable_only(moderngl.DEPTH_TEST)
     context.enable_direct(GL_DEPTH_CLAMP)
@@ -105,9 +105,9 @@ def draw_shadow_maps(
         if not projection.is_empty:
             chosen = coarse.choose(projection, maps.size, is_sun, test.caster_error) if coarse is not None else None
             maps.caster_error = max(maps.caster_error, chosen.error_texels if chosen is not None else 0.0)
-            sent += draw_one(projection, culled=True, coarse=(coarse, chosen) if chosen is not None else None)
+            sent += draw(projection, culled=True, coarse=(coarse, chosen) if chosen is not None else None)
     if maps.outlines is not None:
-        sent += maps.outlines.draw(plan, draw_one)
+        sent += maps.outlines.draw(plan, draw)
     context.disable_direct(GL_DEPTH_CLAMP)
     if maps.cells is not None:
         maps.cells.select(programs, maps.depth, plan)
@@ -115,7 +115,7 @@ def draw_shadow_maps(
     return sent
 
 
-def _draw_one(
+def draw_one(
     programs: Programs,
     draw_list: DrawList,
     origin_ws: np.ndarray,

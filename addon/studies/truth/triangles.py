@@ -20,7 +20,7 @@ class WorldTriangles:
     """T triangles, world coordinates relative to the scene's local origin.
 
     `corners` (T, 3, 3) float64; `normal` (T, 3) unit geometric normal by the winding; `object_id` (T,) int32; `flags` (T,) uint8 of
-    `scene.looks`. `anchor_ws` (3,): the ray tracers hold the corners about it, in float32.
+    `scene.looks`, whole or nothing. `anchor_ws` (3,): the ray tracers hold the corners about it, in float32.
     """
 
     corners: np.ndarray
@@ -63,8 +63,8 @@ def world_triangles(scene: Scene, anchor_ws: np.ndarray | None = None) -> WorldT
     """
     scene.bounds_ws()  # raises SceneError when there is nothing
     pieces, ids, flags = [], [], []
-    placed = scene.instances
-    for index, matrix, object_id, flag in zip(placed.mesh_index, placed.world_from_object, placed.object_id, placed.flags, strict=True):
+    placed, kinds = scene.instances, scene.whole_flags()
+    for index, matrix, object_id, flag in zip(placed.mesh_index, placed.world_from_object, placed.object_id, kinds, strict=True):
         mesh = scene.meshes[index]
         positions = mesh.positions.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
         pieces.append(positions[mesh.triangles])
