@@ -64,8 +64,9 @@ Made by `python -m benchmarks.filters` (see its help); do not edit. One view of 
 LiSPSM, `samples` fit.
 
 A filter's taps lie on the receiver's plane, which at the foot of a wall, a step or a flush panel runs on inside a solid. A tap at a place
-that the camera does not see, because something stands before it, counts as the receiver's own place does. So do an n-SM's depths, as most
-of the others do. Limits given by hand (`--bias`, `--epsilon`) are the texts' own, without this.
+that the camera does not see, because something stands before it, counts as the receiver's own place does; likewise one that is hidden from
+the eye by what shades it, such as a bar that passes between the centres of pixels. So do an n-SM's depths, as most of the others do. Limits
+given by hand (`--bias`, `--epsilon`) are the texts' own, without this.
 """
 
 

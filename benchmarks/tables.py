@@ -21,6 +21,7 @@ pixel centres (`addon/studies/truth`), hard sun, 640×360, three views × five l
   footprint, whichever is larger. A texel of edge error is neither.
 - **edge**: distance of a true shadow edge to the nearest edge of the preview, pixels (95th percentile).
 - **m**: pixels of the picture covered by one texel of the map (the report's `measured`).
+- What presets, tests and samples cost for their error: [error against time](front.md).
 - Means are over view/light pairs, each pair counting the same, unless a table says otherwise. *At*: view at an object, f/n of what is
   visible < 15; *along*: ≥ 20.
 """
