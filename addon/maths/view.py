@@ -141,9 +141,9 @@ class Light:
     def key(self) -> tuple:
         """What a picture depends on, comparable and hashable; the name is not part of it."""
         vectors = self.direction_ws, self.position_ws, self.local_from_world, self.half_axes_ws
-        numbers = self.cone_rad, self.cone_blend, self.color, self.is_physical, self.casts, self.spread_rad, self.local_cone_rad
-        numbers += self.half_angle_rad, self.radius, self.is_round
-        return self.kind, *(None if v is None else np.asarray(v, np.float64).tobytes() for v in vectors), *numbers
+        look = self.cone_rad, self.cone_blend, self.color, self.is_physical, self.casts, self.spread_rad, self.local_cone_rad
+        shape = self.half_angle_rad, self.radius, self.is_round
+        return self.kind, *(None if v is None else np.asarray(v, np.float64).tobytes() for v in vectors), *look, *shape
 
     @property
     def shadow_key(self) -> tuple:
@@ -173,10 +173,11 @@ class Light:
         surface that faces the sun its irradiance. A lamp's look like a disc from every side; a panel's lie on it.
         """
         hard = self.hard
-        if self.kind == "sun" and self.half_angle_rad > 0.0:
+        if self.kind == "sun" and self.direction_ws is not None and self.half_angle_rad > 0.0:
             away = cap(kronecker([index], 2), self.half_angle_rad)[0] @ axes_across(self.direction_ws)
             brighter = 2.0 / (1.0 + cos(self.half_angle_rad))
-            return replace(hard, direction_ws=away / np.linalg.norm(away), color=tuple(c * brighter for c in self.color))
+            red, green, blue = (c * brighter for c in self.color)
+            return replace(hard, direction_ws=away / np.linalg.norm(away), color=(red, green, blue))
         if self.half_axes_ws is not None:
             place = kronecker([index], 2)
             place = disc(place) if self.is_round else 2.0 * place - 1.0
