@@ -60,17 +60,8 @@ def plan_shadows(
     if partition.cut == "auto":
 
         def planned(choice: PartitionChoice, points_ws: np.ndarray) -> ShadowPlan:
-            return plan_shadows(
-                camera,
-                light,
-                warp,
-                choice,
-                fit,
-                receivers_ws=points_ws,
-                scene_bounds_ws=scene_bounds_ws,
-                caster_bounds_ws=caster_bounds_ws[:0],
-                image_size=image_size,
-            )
+            bounds: dict[str, Any] = {"scene_bounds_ws": scene_bounds_ws, "caster_bounds_ws": caster_bounds_ws[:0]}
+            return plan_shadows(camera, light, warp, choice, fit, receivers_ws=points_ws, image_size=image_size, **bounds)
 
         partition = replace(partition, cut=suited_cut(camera, light, partition, fit, facets, image_size[1], planned))
     if fit.kind == "samples" and receivers_ws is None:
