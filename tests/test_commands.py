@@ -9,6 +9,7 @@ import pytest
 from addon.cli import shared_arguments
 from addon.cli.commands import COMMANDS
 from addon.cli.parser import build_parser
+from addon.settings.options import OPTIONS
 from tests.conftest import ROOT
 
 MODULES = sorted(path.stem for path in (ROOT / "addon" / "cli" / "commands").glob("*.py") if path.stem != "__init__")
@@ -63,3 +64,7 @@ def test_a_command_without_options_of_the_method_has_no_preset_and_no_batch(monk
     monkeypatch.setitem(COMMANDS, "count", row)
     args = build_parser().parse_args(["count", "a.obj"])
     assert args.preset is None and args.jobs == 1 and not args.worker and not args.contact_sheet
+
+
+def test_every_option_is_on_the_command_line_once():
+    assert sorted(name for names in shared_arguments.SECTIONS.values() for name in names) == sorted(option.name for option in OPTIONS)

@@ -14,6 +14,7 @@ from ..scene.cad.units import metres_per_unit, z_up_from
 from ..scene.platform_deck.layout import FEWEST, MOST
 from ..scene.reading.limits import Limits
 from ..settings.impostor_options import IMPOSTOR_OPTIONS
+from ..settings.light_options import LIGHT_OPTIONS
 from ..settings.looks import LOOKS
 from ..settings.option import Option
 from ..settings.options import FROM_SCENE, OPTIONS
@@ -89,6 +90,7 @@ SECTIONS = {
         "clay",
         "background",
     ),
+    "lights and soft shadows": tuple(option.name for option in LIGHT_OPTIONS),
     "sky": tuple(option.name for option in SKY_OPTIONS),
     STAGE: tuple(option.name for option in STAGE_OPTIONS),
     "impostors": tuple(option.name for option in IMPOSTOR_OPTIONS),
