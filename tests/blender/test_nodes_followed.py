@@ -128,7 +128,7 @@ TREES = {
     "arctan2": maths("ARCTAN2", 0.4, 0.9),
     "floored modulo": maths("FLOORED_MODULO", -0.3, 0.8),
     "sign": maths("SIGN", 0.3),
-    "cross product": vectors("CROSS_PRODUCT", (0.1, 0.9, 0.2), (-0.8, 0.1, 0.7)),
+    "cross product": vectors("CROSS_PRODUCT", (1.0, -1.0, 0.0), (0.2, 0.1, -0.4)),
     "dot product": vectors("DOT_PRODUCT", (0.1, 0.9, 0.2), (0.3, 0.1, 0.7), out=1),
     "vector length": vectors("LENGTH", (0.1, 0.9, 0.2), out=1),
     "normalised": vectors("NORMALIZE", (0.1, 0.9, 0.2)),

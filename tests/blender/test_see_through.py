@@ -135,15 +135,22 @@ def test_coloured_glass_tints_what_lies_behind_it_and_its_shadow():
         assert np.isclose(share, np.array([0.2, 0.8, 0.4]) ** times, rtol=0.02).all(axis=-1).mean() > 0.01, "seen, and on its own shadow"
 
 
-def test_transparent_shadows_can_be_switched_off_as_in_cycles(tmp_path):
+def solid_to_light():
+    """Red glass whose transparent shadows are switched off."""
     paint = PAINTS["red glass"]()
     paint.use_transparent_shadow = False
-    assert (off(over_a_floor(lambda: paint), tmp_path) < 2.0).all()
+    return paint
 
 
-def test_glass_that_is_transparent_to_shadow_rays_alone_is_as_in_cycles(tmp_path):
+def clear_to_light():
+    """A diffuse surface that is transparent to shadow rays alone."""
     paint = mixed(0.0)
     tree = paint.node_tree
     path, mix = tree.nodes.new("ShaderNodeLightPath"), next(n for n in tree.nodes if n.type == "MIX_SHADER")
     tree.links.new(path.outputs["Is Shadow Ray"], mix.inputs[0])
-    assert (off(over_a_floor(lambda: paint), tmp_path) < 2.0).all()
+    return paint
+
+
+@pytest.mark.parametrize("paint", [solid_to_light, clear_to_light])
+def test_what_the_eye_sees_through_and_what_light_passes_are_told_apart_as_in_cycles(paint, tmp_path):
+    assert (off(over_a_floor(paint), tmp_path) < 2.0).all()
