@@ -52,7 +52,8 @@ CHANGES = {
     "map_size": 2048, "fit": "scene", "margin": 2.5,
     "test": "id-depth", "depths": 4, "pcf": "9", "filter_unit": "pixel", "filter_width": 2.5, "bias_strategy": "slope-scaled",
     "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True, "outlines": True,
-    "casters": "coarse", "caster_error": 0.25,
+    "casters": "coarse", "caster_error": 0.25, "smoothing": "9",
+    "lights": "one", "light_samples": 32, "softness": 2.5, "sun_angle": 1.5, "sky": "uniform", "sky_samples": 96,
     "display": "aliasing", "samples": "9", "light_strength": 1.5, "own_sun": 0.5,
     "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1),
     "use_object_colors": False, "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5),
@@ -86,6 +87,9 @@ NEEDS = {
     "filter_unit": {"pcf": "9"},
     "filter_width": {"pcf": "9"},
     "outlines": {"test": "triangle"},
+    "softness": {"light_samples": 16},
+    "sun_angle": {"light_samples": 16},
+    "sky_samples": {"sky": "uniform"},
     "alpha": {"cut": "view"},  # as many values as seams: four slices, not two of two halves
 }
 NEEDS |= dict.fromkeys(("epsilon", "epsilon_far", "id_per_material"), {"test": "id-depth"})
