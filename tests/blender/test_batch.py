@@ -337,7 +337,7 @@ def test_a_preset_lies_below_the_other_options(main, parts, tmp_path):
     arguments = ["--preset", "sharp", "--map-size", "64", "--size", "64x48", "--report", str(report), "--quiet"]
     assert main(["analyse", str(parts / "a.obj"), *arguments]) == 0
     used = json.loads(report.read_text())["settings"]
-    assert (used["test"]["kind"], used["shading"]["samples"], used["fit"]["size"]) == ("triangle", 9, 64)
+    assert (used["test"]["kind"], used["shading"]["samples"], used["fit"]["size"]) == ("triangle", 16, 64)
 
 
 def test_an_unknown_preset_fails_with_a_line(main, parts, capfd):

@@ -20,6 +20,7 @@ REPORT_KEYS = {
     "gamma_lim_deg",
     "partitions",
     "measured",
+    "lights",
     "timing_ms",
     "geometry",
     "warnings",
