@@ -265,6 +265,8 @@ def surrounded(
     """
     world, complaint = world_of(getattr(layer, "world_override", None) or blender_scene.world)
     own = settings.shading
+    if settings.sky.kind == "scene":
+        own = replace(own, ambient_sky=None, ambient_ground=None)
     is_asked = None in (own.ambient_sky, own.ambient_ground, own.background)
     shading = own.under(world)
     if blender_scene.render.film_transparent:

@@ -84,6 +84,7 @@ SECTIONS = {
         "samples",
         "light_strength",
         "own_sun",
+        "exposure",
         "ambient_sky",
         "ambient_ground",
         "use_object_colors",

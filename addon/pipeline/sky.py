@@ -50,7 +50,7 @@ def sky_light(device: Device, job: Job, draw_list: DrawList, enter: Callable[[fl
     if choice is None:
         return None
     sun = job.light.direction_ws if job.light is not None and job.light.kind == "sun" else None
-    lights = all_round(choice.samples, "uniform" if choice.kind == "off" else choice.kind, sun)
+    lights = all_round(choice.samples, choice.luminance, sun)
     sums = device.reach_sums(job.size)
     reach = ReachChoice(sky_map_size(len(lights), job.size), SMOOTH, COSINES)
     wanted = (gbuffer.holds, lights.key, reach) if gbuffer.holds is not None else None

@@ -111,6 +111,7 @@ _APPLIES: dict[str, Callable[[Any], bool]] = {
     "filter_width": lambda v: str(v.pcf) != "1",
     "caster_error": lambda v: _is_of_test("caster_error", v) and v.casters != "full",
     "clay": lambda v: not v.use_object_colors,
+    "exposure": lambda v: v.display == "shaded",
     **LIGHTS_APPLY,
     **STAGE_APPLIES,
     **IMPOSTOR_APPLIES,

@@ -86,13 +86,15 @@ class ShadingChoice:
     `ambient_sky`, `ambient_ground` hemispheric ambient light; None is the scene's world. `light_strength` scales all light but that;
     at 1 a light of irradiance E shows a diffuse surface as E·albedo/π. `own_sun` is what a white surface shows that faces a sun which is
     no light of the scene, at a strength of 1. `use_object_colors` False paints all in clay; `display` is what `combined` shows; `samples`
-    camera samples per pixel of `combined` (the data passes stay at pixel centres); `background` RGBA behind everything, None the world's.
+    camera samples per pixel of `combined` (the data passes stay at pixel centres); `background` RGBA behind everything, None the world's;
+    `exposure` in stops, of all that `combined` shows.
     """
 
     ambient_sky: tuple[float, float, float] | None = within(None, "Every number of ambient_sky", 0.0, BRIGHTEST)
     ambient_ground: tuple[float, float, float] | None = within(None, "Every number of ambient_ground", 0.0, BRIGHTEST)
     light_strength: float = within(1.0, "The light strength", 0.0, BRIGHTEST)
     own_sun: float = within(0.85, "The own sun's brightness", 0.0, BRIGHTEST)
+    exposure: float = within(0.0, "The exposure (stops)", -20.0, 20.0)
     use_object_colors: bool = True
     clay: tuple[float, float, float] = within((0.6, 0.6, 0.6), "Every number of clay", 0.0, 1.0)
     background: tuple[float, float, float, float] | None = within(None, "Every number of background", 0.0, BRIGHTEST)

@@ -237,6 +237,14 @@ OPTIONS: tuple[Option, ...] = (
         soft=(0.0, 4.0),
     ),
     Option(
+        "exposure",
+        (("shading", "exposure"),),
+        "number",
+        "Exposure",
+        "Brightness of the whole picture in stops: 1 is twice as bright, −1 half as bright; beside the exposure in Color Management",
+        soft=(-4.0, 4.0),
+    ),
+    Option(
         "ambient_sky",
         (("shading", "ambient_sky"),),
         "color",

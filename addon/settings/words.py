@@ -112,6 +112,7 @@ SKY_WORDS = (
     ("Uniform", "From a sky and a ground that are equally bright all over, stopped by what stands before them, near and far"),
     ("Clear", "From a clear sky, brightest round the sun (CIE), stopped likewise"),
     ("Overcast", "From an overcast sky, brightest overhead (CIE), stopped likewise"),
+    ("World", "As Uniform, in the colors of the scene's world, whatever ambient light is chosen by hand"),
 )
 
 LIGHTS_WORDS = (

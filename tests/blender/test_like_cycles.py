@@ -99,6 +99,17 @@ def test_a_world_lights_and_stands_behind_everything_in_its_colour(tmp_path):
     assert np.allclose(lit[0, 0], judge.cycles(scene, tmp_path)[0, 0], atol=1e-5)
 
 
+def test_the_sky_of_the_scene_has_the_worlds_colours_whatever_was_chosen_by_hand():
+    scene = judge.empty_scene()
+    judge.background(scene, (0.2, 0.3, 0.4), 1.5)
+    judge.box(paint=judge.diffuse())
+    judge.camera()
+    by_hand = {"ambient_sky": (0.9, 0.1, 0.1), "ambient_ground": (0.1, 0.9, 0.1)}
+    worlds, even = judge.ours(scene, sky="scene", **by_hand)[0], judge.ours(scene, sky="uniform")[0]
+    assert np.array_equal(worlds, even)
+    assert np.abs(judge.ours(scene, sky="uniform", **by_hand)[0] - worlds).max() > 0.1
+
+
 def test_a_world_behind_mixed_nodes_in_groups_is_followed(blend):
     scene = judge.empty_scene()
     tree = judge.emptied(scene.world)

@@ -54,7 +54,7 @@ CHANGES = {
     "bias": 0.75, "epsilon": 0.002, "epsilon_far": 0.25, "id_per_material": True, "outlines": True,
     "casters": "coarse", "caster_error": 0.25, "smoothing": "9",
     "lights": "one", "light_samples": 32, "softness": 2.5, "sun_angle": 1.5, "sky": "uniform", "sky_samples": 96,
-    "display": "aliasing", "samples": "9", "light_strength": 1.5, "own_sun": 0.5,
+    "display": "aliasing", "samples": "9", "light_strength": 1.5, "own_sun": 0.5, "exposure": 1.25,
     "ambient_sky": (0.1, 0.2, 0.3), "ambient_ground": (0.3, 0.2, 0.1),
     "use_object_colors": False, "clay": (0.7, 0.6, 0.5), "background": (0.0, 0.1, 0.2, 0.5),
     "impostor_use": "manual", "impostor_fresh": False, "impostor_projection": "orthographic", "impostor_back": False,

@@ -51,3 +51,14 @@ def test_without_a_light_a_data_display_is_the_legends_grey(renderer, display):
     picture, data = shown(renderer, display, light=None)
     surface = np.isfinite(data["depth"])
     shades(picture[surface], np.broadcast_to(NOTHING, picture[surface].shape))
+
+
+def test_a_stop_of_exposure_is_twice_the_light_and_leaves_alpha_and_pictures_of_data_alone(renderer):
+    def picture(display, exposure):
+        chosen = Settings().replaced(shading={"display": display, "samples": 1, "exposure": exposure}, fit={"size": 64})
+        return run(Job(scenes.railing(), CAMERA, SUN, chosen, SIZE, measure=False), on=renderer).frame.passes["combined"]
+
+    usual, brighter = picture("shaded", 0.0), picture("shaded", 1.5)
+    assert np.allclose(brighter[..., :3], 2.0**1.5 * usual[..., :3], rtol=1e-6)
+    assert np.array_equal(brighter[..., 3], usual[..., 3])
+    assert np.array_equal(picture("aliasing", 0.0), picture("aliasing", 1.5))

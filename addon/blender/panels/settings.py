@@ -199,7 +199,9 @@ SECTIONS = (
     Section(
         "ambient",
         "Colors and Ambient Light",
-        draw_options("use_object_colors", "clay", "background", "own_sun", "ambient_sky", "ambient_ground", "sky", "sky_samples"),
+        draw_options(
+            "use_object_colors", "clay", "background", "exposure", "own_sun", "ambient_sky", "ambient_ground", "sky", "sky_samples"
+        ),
         closed=True,
     ),
     Section("edges", "Edges", draw_options("edges", "edge_color", "edge_strength", "edge_angle"), closed=True),
