@@ -37,7 +37,7 @@ FLOORS = {
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
     "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes scale_bar < __init__",
-    "addon/maths": "directions domains low_discrepancy tables < light_shapes sky spaces partitioning < light_set warping < choices < sun"
+    "addon/maths": "domains low_discrepancy tables < directions light_shapes sky spaces partitioning < light_set warping < choices < sun"
     " < view < frusta nearest relief < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",
     "addon/maths/relief": "picture settings views warp < ahead beta frame outline < edges life < error < carry < __init__",

@@ -1,8 +1,7 @@
 """Points spread evenly: directions over the sphere, and places over a square. Deterministic, numpy only.
 
 Sources: the spherical Fibonacci lattice (Keinert et al. 2015, Spherical Fibonacci Mapping, (1), (2)), whose discrepancy is about the least
-known of its count; the additive recurrence R2 (Roberts 2018, The Unreasonable Effectiveness of Quasirandom Sequences), any first part of
-which is spread evenly too.
+known of its count; `low_discrepancy.kronecker`, any part of which is spread evenly too.
 """
 
 from __future__ import annotations
@@ -11,8 +10,9 @@ from math import pi, sqrt
 
 import numpy as np
 
+from .low_discrepancy import kronecker
+
 GOLDEN = 0.5 * (1.0 + sqrt(5.0))
-PLASTIC = 1.3247179572447460  # the root of x³ = x + 1
 
 
 def sphere_directions(count: int) -> np.ndarray:
@@ -30,8 +30,7 @@ def sphere_directions(count: int) -> np.ndarray:
 
 def square_points(count: int, start: int = 0) -> np.ndarray:
     """(count, 2) places in [0, 1)², the terms of R2 from number `start` on."""
-    n = np.arange(start + 1, start + count + 1, dtype=np.float64)[:, None]
-    return (0.5 + n * [1.0 / PLASTIC, 1.0 / PLASTIC**2]) % 1.0
+    return kronecker(np.arange(start + 1, start + count + 1), 2)
 
 
 def triangle_points(square: np.ndarray) -> np.ndarray:
