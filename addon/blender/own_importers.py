@@ -25,13 +25,14 @@ def is_for_blender(path: Path) -> bool:
 def imported(
     path: Path, parent: bpy.types.Collection, units: str | None = None, up: str | None = None
 ) -> tuple[bpy.types.Collection, tuple[str, ...]]:
-    """The objects of a file in a new collection under `parent`, and what the user should know.
+    """The objects of a file in a new collection under `parent`, and what the user should know. What is selected and active stays so.
 
     Raises `CadFileError`, one line that says what to do; then nothing has been made.
     """
     file = checked_path(path, BY_SUFFIX)
     operator = _operator(file)
-    before = set(bpy.data.objects)
+    before, layer = set(bpy.data.objects), bpy.context.view_layer
+    selected, active = [ob for ob in layer.objects if ob.select_get()], layer.objects.active
     _run(operator, file)
     made = [ob for ob in bpy.data.objects if ob not in before]
     if not any(ob.type == "MESH" and len(ob.data.polygons) for ob in made):
@@ -43,7 +44,10 @@ def imported(
         for other in ob.users_collection:
             other.objects.unlink(ob)
         collection.objects.link(ob)
-    bpy.context.view_layer.update()
+    layer.update()
+    for ob in layer.objects:
+        ob.select_set(ob in selected)
+    layer.objects.active = active
     warned = f"{shown_name(file.name)}: Blender's own importer takes the unit and the up axis from the file; those chosen are not used."
     return collection, (warned,) if units or up else ()
 

@@ -66,7 +66,8 @@ def test_the_importer_takes_them_beside_cad_files(blend, tmp_path):
     files = [{"name": path.name}, {"name": "part.obj"}]
     assert blend.ops.cad_shadow.import_cad(directory=str(tmp_path), files=files) == {"FINISHED"}
     assert sorted(c.name for c in blend.context.scene.collection.children) == ["part", "plant"]
-    assert {ob.name for ob in blend.context.selected_objects} >= {"Tank", "part"}
+    assert {ob.name for ob in blend.context.scene.objects} >= {"Tank", "part"}
+    assert not blend.context.selected_objects
     assert {".usd", ".fbx"} <= set(blend.types.FileHandler.bl_rna_get_subclass_py("CAD_SHADOW_FH_import_cad").bl_file_extensions.split(";"))
 
 

@@ -14,10 +14,7 @@ pytestmark = pytest.mark.usefixtures("blend")
 
 def soft_cycles(scene, path, samples=512):
     """Cycles with that many samples a pixel, all at its centre; (h, w, 3)."""
-    with pytest.MonkeyPatch.context() as patch:
-        alone = judge.as_judge
-        patch.setattr(judge, "as_judge", lambda scene: (alone(scene), setattr(scene.cycles, "samples", samples)))
-        return judge.cycles(scene, path)[..., :3]
+    return judge.cycles(scene, path, samples)[..., :3]
 
 
 def stage():
