@@ -166,7 +166,7 @@ def shown() -> Generator:
 
     def is_fine() -> bool:
         return any(
-            live._shown and live._shown.coarseness == 1 and live._shown.key == live._wanted for live in addon("blender.viewport")._views
+            live._shown and live._shown.coarseness <= 1 and live._shown.key == live._wanted for live in addon("blender.viewport")._views
         )
 
     view().tag_redraw()

@@ -149,7 +149,7 @@ def live_view() -> object | None:
 def live_key() -> tuple | None:
     """What the picture that the live view shows was made of, as `Job.key` has it; None while it shows none, or a coarse one."""
     live = live_view()
-    is_fine = live is not None and live._shown is not None and live._shown.coarseness == 1 and live._image is not None
+    is_fine = live is not None and live._shown is not None and live._shown.coarseness <= 1 and live._image is not None
     return live._shown.key if is_fine else None
 
 
