@@ -171,21 +171,18 @@ def panels() -> list[tuple[int, int, int, int]]:
     return [box_of(region("UI")), box_of(region("WINDOW", properties))]
 
 
-def agree(after: str, is_report_current: bool | None = None) -> Generator:
-    """Wait, without having anything drawn anew, until the live view shows what is there; then the panels and the report are held to it."""
-    name = "agree_" + file_name(after).replace("-", "_")
+def agree(after: str) -> Generator:
+    """Wait, without having anything drawn anew, until the live view shows what is there and measured it; the panels are held to that."""
+    name, session = "agree_" + file_name(after).replace("-", "_"), addon("blender.session")
     yield 0.2
     yield from until(lambda: live_key() == present_job().key, f"the live view to show the scene after {after}", 60)
+    yield from until(lambda: session.last() and session.is_last_current(bpy.context.scene), f"the live view's numbers after {after}", 60)
     yield 0.3
     shown = [picture(f"{name}_{i}", box) for i, box in enumerate(panels())]
     redraw()
     yield 0.3
     for i, box in enumerate(panels()):
         assert changed_share(picture(f"{name}_{i}_redrawn", box), shown[i]) < 0.0005, f"a panel is old after {after}"
-    session, scene = addon("blender.session"), bpy.context.scene
-    if session.last() is not None:
-        is_current = session.is_last_current(scene)
-        assert is_report_current in (None, is_current), f"after {after} the report is called {'current' if is_current else 'old'}"
-        same = session.last().job.settings == addon("blender.sources").settings_of(scene)
-        same &= session.last().job.scene.fingerprint == present_job().scene.fingerprint
-        assert same or not is_current, f"after {after} an old report is called current"
+    last = session.last().job
+    assert last.settings == addon("blender.sources").settings_of(bpy.context.scene), f"after {after} an old report is called current"
+    assert last.scene.fingerprint == present_job().scene.fingerprint, f"after {after} a report of another scene is called current"

@@ -103,7 +103,7 @@ def a_picture_goes_to_an_image_editor_that_is_open() -> Generator:
 @step
 def picture_panels_and_report_agree_after_every_kind_of_change() -> Generator:
     """After presets, Apply, a script, undo, redo, import and delete the live view shows the scene and settings as they are without a nudge,
-    panels read as a forced redraw would show them, and the report is called old exactly while it is."""
+    measures it, and panels read as a forced redraw would show them."""
     yield from fresh_tab()
     bpy.ops.mesh.primitive_plane_add(size=9, location=(0, 0, -1))
     bpy.context.scene.render.engine = ENGINE
@@ -112,29 +112,29 @@ def picture_panels_and_report_agree_after_every_kind_of_change() -> Generator:
     yield from agree("the start")
     with here():
         assert bpy.ops.cad_shadow.analyse("EXEC_DEFAULT") == {"FINISHED"}
-    yield from agree("an analysis", is_report_current=True)
+    yield from agree("an analysis")
     presets = addon("blender.presets").files()
     for name in ("fast", "balanced", "oil-platform", "balanced"):
         with here():
             bpy.ops.script.execute_preset("EXEC_DEFAULT", True, filepath=str(presets[name]), menu_idname="CAD_SHADOW_PT_presets")
-        yield from agree(f"the preset {name}", is_report_current=name == "balanced")
+        yield from agree(f"the preset {name}")
     yield from advice_is_applied()
     for what in ("undo", "redo"):
         with here():
             getattr(bpy.ops.ed, what)()
         yield from agree(what)
     bpy.context.scene.cad_shadow.map_size = 128  # as a script sets it
-    yield from agree("a setting from a script", is_report_current=False)
+    yield from agree("a setting from a script")
     part = OUT / "part.obj"
     write_box(part, 1.0)
     with here():
         assert bpy.ops.cad_shadow.import_cad("EXEC_DEFAULT", True, filepath=str(part)) == {"FINISHED"}
     yield from until(lambda: bpy.data.objects.get("part"), "the import")
     yield 1  # the view's way to the part
-    yield from agree("an import", is_report_current=False)
+    yield from agree("an import")
     with here():
         bpy.ops.object.delete("EXEC_DEFAULT", True)
-    yield from agree("a deletion", is_report_current=False)
+    yield from agree("a deletion")
     with here():
         bpy.ops.ed.undo()
     yield from agree("the deletion undone")
@@ -150,7 +150,7 @@ def advice_is_applied() -> Generator:
     yield from agree("the advice")
     with here():
         assert bpy.ops.cad_shadow.apply_advice("EXEC_DEFAULT", True) == {"FINISHED"}
-    yield from agree("Apply", is_report_current=False)
+    yield from agree("Apply")
 
 
 @step
