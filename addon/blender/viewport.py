@@ -24,6 +24,7 @@ from ..errors import Cancelled, UserError
 from ..maths.shadow.projection import ShadowPlan
 from ..pipeline.frame import Frame
 from ..pipeline.job import Job
+from ..studies.error_graph import GRAPHED
 from ..studies.pending import Pending
 from ..studies.run import Outcome, libraries_ready, submit
 from . import session
@@ -56,7 +57,7 @@ def coarser(job: Job, coarseness: int) -> Job:
     """The job as coarse as that: with pictures and maps smaller per side, with one camera sample per pixel, few of the sky and hard
     shadows, as it is, or measured."""
     if coarseness == MEASURED:
-        return replace(job, measure=True)
+        return replace(job, measure=True, passes=tuple(dict.fromkeys((*job.passes, *GRAPHED))))
     if coarseness == FULL:
         return job
     settings = replace(job.settings.replaced(shading={"samples": 1}, lights={"samples": 0}), sky=job.settings.sky.quick)

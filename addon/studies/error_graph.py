@@ -15,6 +15,8 @@ from ..maths.error.warped_map import WarpedMap
 from .report import warped_map
 from .run import Outcome
 
+GRAPHED = "depth", "aliasing"
+"""The passes that a graph is made of."""
 BINS, POINTS = 40, 48
 FEWEST_IN_BIN = 12
 MOST_PIXELS = 200_000
@@ -74,7 +76,7 @@ class ErrorGraph:
 def error_graph(outcome: Outcome) -> ErrorGraph | None:
     """The graph of an outcome with the passes depth and aliasing and a light; None when there is nothing to measure."""
     passes, plan, camera = outcome.frame.passes, outcome.frame.plan, outcome.job.camera
-    if plan is None or "aliasing" not in passes or "depth" not in passes:
+    if plan is None or not passes.keys() >= set(GRAPHED):
         return None
     depth, m = passes["depth"].ravel(), passes["aliasing"][..., 0].ravel()
     seen = np.flatnonzero(np.isfinite(depth) & np.isfinite(m) & (m >= 0.0))

@@ -242,6 +242,7 @@ def test_a_view_that_stands_still_gets_finer_pictures_and_at_last_its_numbers(ro
         steps.append(asked_for(viewport))
     assert steps[:3] == [((8, 8), 1, False), ((8, 8), 4, False), ((8, 8), 4, True)]
     assert set(steps[3:]) == {steps[2]} and told == [True]
+    assert {"combined", "depth", "aliasing"} <= set(viewport.asked[-1].job.passes)  # also what the error graph is drawn from
     assert not live.needs_redraw
 
 
