@@ -116,6 +116,7 @@ class Reference:
 def driver_fault(reference: Reference, at: int, kind: str) -> Fault:
     """The driver fails once, at that point of the case (or of the plain picture before it)."""
     reference.said.clear()
+    before = _worker_threads()
     with injected(Points(at, kind)) as points, _logged(reference.said):
         worker, error = GpuWorker(), None
         renderer = Renderer(worker)
@@ -129,8 +130,13 @@ def driver_fault(reference: Reference, at: int, kind: str) -> Fault:
         name = points.passed[at] if at < len(points.passed) else "?"
         wrong = "; ".join(reference.after(worker, error))
         worker.close()
-    wrong = wrong or ("the thread lives" if any(thread.name == THREAD_NAME for thread in threading.enumerate()) else "")
+    wrong = wrong or ("the thread lives" if _worker_threads() - before else "")
     return Fault(name, kind, wrong)
+
+
+def _worker_threads() -> set[threading.Thread]:
+    """The threads of workers, those of others too."""
+    return {thread for thread in threading.enumerate() if thread.name == THREAD_NAME}
 
 
 @contextmanager
