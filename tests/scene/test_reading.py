@@ -17,7 +17,7 @@ from addon.errors import CadFileError, Cancelled
 from addon.scene import cad
 from addon.scene.cad_model import CadMaterial, CadMesh, CadModel, CadPart
 from addon.scene.child_python import EXTENSION
-from addon.scene.reading import process, wire
+from addon.scene.reading import limits, process, wire
 from addon.scene.reading.apart import Reading, read
 from addon.scene.reading.limits import TOO_MUCH, Limits, memory_bytes
 from addon.scene.reading.process import shutdown
@@ -215,3 +215,12 @@ def test_nothing_is_left_in_the_folder_for_temporary_files(body, tmp_path, monke
         reading.result(60.0)
     shutdown()
     assert not list(scratch.iterdir())
+
+
+def test_without_proc_work_is_held_to_its_time_alone(monkeypatch, tmp_path):
+    resource = pytest.importorskip("resource")
+    monkeypatch.setattr(limits, "STATM", tmp_path / "statm")
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    with limits.held_to(Limits(seconds=60, memory_mib=1000)):
+        assert resource.getrlimit(resource.RLIMIT_AS) == before
+    assert resource.getrlimit(resource.RLIMIT_AS) == before

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 MEBI = 2**20
+STATM = Path("/proc/self/statm")
 TOO_MUCH = 75  # exit code of a process that has passed its limit of memory
 WATCH_S = 0.1
 SHARE = 0.75  # of the computer's memory, where no limit is chosen
@@ -82,7 +83,8 @@ def allow_processor(limits: Limits) -> None:
 
 @contextmanager
 def held_to(limits: Limits) -> Iterator[None]:
-    """While this lasts this process ends when it takes longer, and gets no more memory than it has and the limit; Linux and macOS only.
+    """While this lasts this process ends when it takes longer, and gets no more memory than it has and the limit (Linux with /proc). Not
+    on Windows.
 
     By an alarm of the system's, since Blender lets no Python run meanwhile.
     """
@@ -92,8 +94,9 @@ def held_to(limits: Limits) -> Iterator[None]:
     import resource
 
     before, most = resource.getrlimit(resource.RLIMIT_AS), memory_bytes(limits)
-    if most and sys.platform == "linux":
-        _lower(resource.RLIMIT_AS, _address_space() + most)
+    taken = _address_space()
+    if most and taken is not None:
+        _lower(resource.RLIMIT_AS, taken + most)
     handler = signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.setitimer(signal.ITIMER_REAL, limits.seconds)
     try:
@@ -104,9 +107,12 @@ def held_to(limits: Limits) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, before)
 
 
-def _address_space() -> int:
-    """Bytes of addresses that this process has taken."""
-    return int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+def _address_space() -> int | None:
+    """Bytes of addresses that this process has taken; None where nobody says: not on Linux, or without /proc as in a bare chroot."""
+    try:
+        return int(STATM.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    except OSError:
+        return None
 
 
 def cause(code: int) -> str:
