@@ -316,7 +316,7 @@ BAD = {
     "unzipped.3mf": (b"PK\x03\x04 and no more", "cannot be read"),
     "outside.off": ("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 9\n", "cannot be read"),
     "header.ply": ("ply\nformat ascii 1.0\nend_header\n", "cannot be read|no face"),
-    "draco.glb": (glb({"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression"]}), "without compression"),
+    "draco.glb": (glb({"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression"]}), "no face"),
     "unplaced.glb": (two_materials_glb().replace(b'"nodes": [0]', b'"nodes":  []'), "places none"),
 }
 
