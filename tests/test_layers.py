@@ -36,7 +36,7 @@ FLOORS = {
     " < blender_command < __init__",
     "addon/cli/batch": "items progress < stamp workers < sheet < __init__",
     "addon/cli/commands": "* < impostor_path < __init__",
-    "addon/images": "cryptomatte exr lettering png srgb < contact_sheet heatmap whole < passes scale_bar < __init__",
+    "addon/images": "cryptomatte exr lettering png srgb < color_bar contact_sheet whole < heatmap < passes scale_bar < __init__",
     "addon/maths": "domains low_discrepancy tables < directions light_shapes sky spaces partitioning < light_set warping < choices < sun"
     " < view < frusta nearest relief < depth_projection shadow < anchored_camera error < __init__",
     "addon/maths/error": "comparison measure warped_map < aliasing precision < seams < theory < __init__",

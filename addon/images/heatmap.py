@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .lettering import HEIGHT, draw_text
+from .color_bar import NOTHING, color_bar, darkened
 
 LOG2_LOW, LOG2_HIGH = -2.0, 4.0
 TICKS = ((-2, "1/4"), (-1, "1/2"), (0, "1"), (1, "2"), (2, "4"), (3, "8"), (4, "16"))
 TITLE = "m: picture pixels per shadow map texel"
-NOTHING = (70, 70, 76)
-INK, PAPER = (20, 20, 22), (240, 240, 240)
+SHADED = 0.45
+"""Of a colour's brightness that the shape takes."""
 
 # sRGB per doubling of m from LOG2_LOW to LOG2_HIGH: blue wastes texels, pale is ideal, yellow to dark red aliases
 SCALE_COLORS = np.array(
@@ -33,27 +33,11 @@ def heat_map(m: np.ndarray, shade: np.ndarray | None = None) -> np.ndarray:
 
     `shade` (h, w) 0…1 darkens the colours a little, so that the shape of the model stays readable; None leaves them flat.
     """
-    image = scale_colors(m)
-    if shade is not None:
-        image = np.rint(image * (0.55 + 0.45 * np.clip(shade, 0.0, 1.0))[..., None]).astype(np.uint8)
+    image = darkened(scale_colors(m), shade, SHADED)
     return np.concatenate([image, legend(image.shape[1])])
 
 
 def legend(width: int) -> np.ndarray:
     """(height, width, 3) uint8: a bar of the scale with its numbers, and below it what m is where there is room."""
-    scale = 2 if width >= 600 else 1
-    bar, gap, margin = 12 * scale, 4 * scale, 14 * scale
-    line = HEIGHT * scale + gap
-    has_title = width >= 6 * scale * len(TITLE)
-    image = np.full((gap + bar + gap + line * (2 if has_title else 1), width, 3), PAPER, np.uint8)
-    left, right = margin, max(width - margin, margin + 1)
-    levels = np.linspace(LOG2_LOW, LOG2_HIGH, right - left)
-    room = image[gap : gap + bar, left:right]
-    room[:] = scale_colors(2.0**levels)[: room.shape[1]]
-    for level, text in TICKS:
-        x = round(left + (right - 1 - left) * (level - LOG2_LOW) / (LOG2_HIGH - LOG2_LOW))
-        image[gap + bar : gap + bar + gap // 2, x : x + 1] = INK
-        draw_text(image, text, x, gap + bar + gap, INK, scale)
-    if has_title:
-        draw_text(image, TITLE, width // 2, gap + bar + gap + line, INK, scale)
-    return image
+    ticks = [((level - LOG2_LOW) / (LOG2_HIGH - LOG2_LOW), text) for level, text in TICKS]
+    return color_bar(width, lambda count: scale_colors(2.0 ** np.linspace(LOG2_LOW, LOG2_HIGH, count)), ticks, TITLE)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .heatmap import NOTHING
+from .color_bar import NOTHING
 
 _GOLDEN = 0.6180339887498949
 

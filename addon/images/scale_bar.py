@@ -6,8 +6,7 @@ from math import floor, log10
 
 import numpy as np
 
-from .heatmap import INK, NOTHING, PAPER
-from .lettering import HEIGHT, draw_text
+from .color_bar import NOTHING, color_bar, darkened
 
 # sRGB from none to most: dark blue, violet, red, orange, pale yellow (brightness grows all the way)
 SUN_COLORS = np.array([(22, 24, 74), (86, 30, 122), (168, 44, 104), (228, 92, 58), (248, 168, 52), (254, 246, 176)], np.float64)
@@ -27,9 +26,7 @@ def scaled_picture(values: np.ndarray, most: float, title: str, shade: np.ndarra
 
     `shade` (h, w) 0…1 darkens the colours a little, so that the shape stays readable.
     """
-    image = sun_colors(values / max(most, 1e-9))
-    if shade is not None:
-        image = np.rint(image * (1.0 - SHADED + SHADED * np.clip(shade, 0.0, 1.0))[..., None]).astype(np.uint8)
+    image = darkened(sun_colors(values / max(most, 1e-9)), shade, SHADED)
     return np.concatenate([image, bar(image.shape[1], most, title)])
 
 
@@ -43,18 +40,5 @@ def ticks(most: float) -> list[float]:
 
 def bar(width: int, most: float, title: str) -> np.ndarray:
     """(height, width, 3) uint8: a bar of the colours from 0 to `most`, numbers under it, and the title where there is room."""
-    scale = 2 if width >= 600 else 1
-    thick, gap, margin = 12 * scale, 4 * scale, 14 * scale
-    line = HEIGHT * scale + gap
-    has_title = width >= 6 * scale * len(title)
-    image = np.full((gap + thick + gap + line * (2 if has_title else 1), width, 3), PAPER, np.uint8)
-    left, right = margin, max(width - margin, margin + 1)
-    room = image[gap : gap + thick, left:right]
-    room[:] = sun_colors(np.linspace(0.0, 1.0, right - left))[: room.shape[1]]
-    for value in ticks(most):
-        x = round(left + (right - 1 - left) * value / max(most, 1e-9))
-        image[gap + thick : gap + thick + gap // 2, x : x + 1] = INK
-        draw_text(image, f"{value:g}", x, gap + thick + gap, INK, scale)
-    if has_title:
-        draw_text(image, title, width // 2, gap + thick + gap + line, INK, scale)
-    return image
+    marks = [(value / max(most, 1e-9), f"{value:g}") for value in ticks(most)]
+    return color_bar(width, lambda count: sun_colors(np.linspace(0.0, 1.0, count)), marks, title)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from addon.images.heatmap import NOTHING, scale_colors
+from addon.images.color_bar import NOTHING
+from addon.images.heatmap import scale_colors
 from addon.images.passes import id_colors
 from addon.pipeline.job import Job
 from addon.settings.groups import Settings

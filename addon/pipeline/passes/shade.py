@@ -13,7 +13,8 @@ from functools import cache
 import moderngl
 import numpy as np
 
-from ...images.heatmap import LOG2_HIGH, LOG2_LOW, NOTHING, SCALE_COLORS
+from ...images.color_bar import NOTHING
+from ...images.heatmap import LOG2_HIGH, LOG2_LOW, SCALE_COLORS
 from ...images.passes import id_colors
 from ...maths.shadow.projection import ShadowPlan
 from ...maths.spaces import translation
