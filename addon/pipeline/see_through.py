@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,9 +14,10 @@ from ..scene.records import Scene
 from .device import Device
 from .geometry.draw_list import DrawList
 from .gl.machine import check_layers
+from .gl.readback import read_texture
 from .impostors.records import ImpostorChoice
 from .job import Job
-from .passes.gbuffer import GBuffer
+from .passes.gbuffer import GBuffer, surface_points_ws
 from .passes.panes import MOST_PANES, MOST_SIDE, PaneMaps, draw_panes
 from .passes.peeling import MOST_LAYERS, peeled
 
@@ -24,8 +26,25 @@ from .passes.peeling import MOST_LAYERS, peeled
 class Seen:
     """What a camera sees: what is whole, and layers of what is see-through before it, the nearest first."""
 
+    camera: Camera
     whole: GBuffer
     layers: tuple[GBuffer, ...] = ()
+
+    @cached_property
+    def depth(self) -> np.ndarray:
+        """(h, w) view depth of what is whole, from the bottom up, 0 where there is nothing. Read once, while the surfaces hold this."""
+        return read_texture(self.whole.view_depth, flip=False)
+
+    @cached_property
+    def whole_ws(self) -> np.ndarray:
+        """(P, 3) the places of the pixels that show what is whole."""
+        return surface_points_ws(self.depth, self.camera)
+
+    @cached_property
+    def receivers_ws(self) -> np.ndarray:
+        """(P, 3) the places of all pixels, those of the layers too."""
+        layers = [surface_points_ws(read_texture(layer.view_depth, flip=False), self.camera) for layer in self.layers]
+        return np.concatenate([self.whole_ws, *layers]) if layers else self.whole_ws
 
 
 def shown_through(job: Job) -> np.ndarray | None:

@@ -24,7 +24,7 @@ from .gl.readback import read_texture
 from .impostors.life import ImpostorFrame
 from .impostors.shadows import casters_of
 from .job import Job
-from .passes.gbuffer import GBuffer, draw_gbuffer, surface_points_ws
+from .passes.gbuffer import GBuffer, draw_gbuffer
 from .passes.light_sums import LightSums
 from .passes.shade import ShadeTarget
 from .passes.shadow import ShadowMaps, draw_shadow_maps
@@ -79,11 +79,11 @@ def draw_seen(device: Device, job: Job, draw_list: DrawList, impostors: Impostor
     draw_surfaces(device, job, draw_list, job.camera, impostors, surfaces, thin)
     rows = shown_through(job)
     if rows is None:
-        return Seen(surfaces)
+        return Seen(job.camera, surfaces)
     if not np.array_equal(rows, thin):
         surfaces = device.gbuffer(job.size, "whole")
         draw_surfaces(device, job, draw_list, job.camera, impostors, surfaces, rows)
-    return Seen(surfaces, layers_before(device, surfaces, draw_list, job.camera, both(_shown(job, impostors), rows)))
+    return Seen(job.camera, surfaces, layers_before(device, surfaces, draw_list, job.camera, both(_shown(job, impostors), rows)))
 
 
 def draw_sample(
@@ -94,8 +94,8 @@ def draw_sample(
     without = job.scene.thin if rows is None else rows
     draw_surfaces(device, job, draw_list, camera, impostors, surfaces, without)
     if rows is None:
-        return Seen(surfaces)
-    return Seen(surfaces, layers_before(device, surfaces, draw_list, camera, both(_shown(job, impostors), rows), "samples"))
+        return Seen(camera, surfaces)
+    return Seen(camera, surfaces, layers_before(device, surfaces, draw_list, camera, both(_shown(job, impostors), rows), "samples"))
 
 
 def both(rows: np.ndarray | None, others: np.ndarray | None) -> np.ndarray | None:
@@ -117,10 +117,8 @@ def plan_of(device: Device, job: Job, scene_bounds: np.ndarray, seen: Seen) -> S
 def _fitted(job: Job, scene_bounds: np.ndarray, seen: Seen) -> ShadowPlan:
     s, receivers, facets = job.settings, None, None
     if s.fit.kind == "samples":
-        depths = [read_texture(one.view_depth, flip=False) for one in (seen.whole, *seen.layers)]
-        surfaces = [surface_points_ws(depth, job.camera) for depth in depths]
-        receivers = surfaces[0] if len(surfaces) == 1 else np.concatenate(surfaces)
-        facets = _facets(seen.whole, depths[0], surfaces[0]) if s.partition.cut == "auto" and s.partition.z_count > 1 else None
+        receivers = seen.receivers_ws
+        facets = _facets(seen) if s.partition.cut == "auto" and s.partition.z_count > 1 else None
     return plan_shadows(
         job.camera,
         job.light,
@@ -135,12 +133,12 @@ def _fitted(job: Job, scene_bounds: np.ndarray, seen: Seen) -> ShadowPlan:
     )
 
 
-def _facets(whole: GBuffer, depth: np.ndarray, receivers: np.ndarray) -> Facets:
+def _facets(seen: Seen) -> Facets:
     """Some of the receivers, evenly picked, and the normals that are seen there."""
-    step = max(-(-len(receivers) // FACETS), 1)
-    folded = read_texture(whole.normal, flip=False).reshape(-1, 2)
-    normals = from_octahedral(folded[np.flatnonzero(depth)[::step]].astype(np.float64))
-    return receivers[::step].astype(np.float64), normals
+    step = max(-(-len(seen.whole_ws) // FACETS), 1)
+    folded = read_texture(seen.whole.normal, flip=False).reshape(-1, 2)
+    normals = from_octahedral(folded[np.flatnonzero(seen.depth)[::step]].astype(np.float64))
+    return seen.whole_ws[::step].astype(np.float64), normals
 
 
 def shadow_maps_of(device: Device, job: Job, plan: ShadowPlan, in_turn: bool = False) -> ShadowMaps:

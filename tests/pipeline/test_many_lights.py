@@ -209,3 +209,12 @@ def test_the_estimated_error_bounds_the_true_one(renderer):
     estimated = few.report["lights"][0]["error_estimate"]
     assert true / 1.3 < estimated < 8.0 * true
     assert many.report["lights"][0]["error_estimate"] < 0.6 * estimated
+
+
+def test_the_surfaces_are_read_back_once_however_many_samples_a_light_has(renderer, monkeypatch):
+    from addon.pipeline import see_through
+
+    read, worked_out = [], see_through.surface_points_ws
+    monkeypatch.setattr(see_through, "surface_points_ws", lambda *given: read.append(given) or worked_out(*given))
+    picture(renderer, [replace(LAMP, radius=0.31)], settings(light_samples=7))
+    assert len(read) == 1
