@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..maths.directions import square_points, triangle_points
+from ..maths.directions import places_on, square_points, triangle_points
 
 PLACES, MOST_A_TRIANGLE = 50_000, 16
 SHARED = "'{}' shares its mesh with other objects: make it a single user (Object > Relations) to keep its faces' values."
@@ -76,9 +76,7 @@ def _placed(name: str, count: int, corners: np.ndarray, face: np.ndarray, area: 
     chosen = np.repeat(np.arange(len(area)), times)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / (2.0 * area[:, None])
     weights = np.where((times == 1)[chosen, None], 1.0 / 3.0, triangle_points(square_points(len(chosen))))
-    a, b, c = (corners[chosen, i] for i in range(3))
-    points = a + weights[:, :1] * (b - a) + weights[:, 1:] * (c - a)
-    return ObjectFaces(name, count, points, normals[chosen], face[chosen], (area / times)[chosen])
+    return ObjectFaces(name, count, places_on(corners[chosen], weights), normals[chosen], face[chosen], (area / times)[chosen])
 
 
 def keep(faces: ObjectFaces, attribute: str, values: np.ndarray) -> bool:

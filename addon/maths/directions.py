@@ -33,6 +33,12 @@ def square_points(count: int, start: int = 0) -> np.ndarray:
     return kronecker(np.arange(start + 1, start + count + 1), 2)
 
 
+def places_on(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """(N, 3) places on triangles with `corners` (N, 3, 3), by the weights (N, 2) of their second and third corner."""
+    a, b, c = (corners[:, k] for k in range(3))
+    return a + weights[:, :1] * (b - a) + weights[:, 1:] * (c - a)
+
+
 def triangle_points(square: np.ndarray) -> np.ndarray:
     """(N, 2) weights of a triangle's second and third corner, evenly over its area, of places in the square (N, 2): folded in half."""
     return np.where(square.sum(axis=1, keepdims=True) > 1.0, 1.0 - square, square)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..maths.directions import square_points, triangle_points
+from ..maths.directions import places_on, square_points, triangle_points
 from ..scene.looks import GROUND, HIDDEN
 from ..scene.records import Scene
 from .truth.triangles import WorldTriangles, world_triangles
@@ -50,6 +50,4 @@ def surface_samples(scene: Scene, least: int = LEAST, total: int = TOTAL) -> Sur
 
 def _places(triangles: WorldTriangles, chosen: np.ndarray) -> np.ndarray:
     """(S, 3) a place on each of the triangles chosen, from one to the next elsewhere."""
-    weights = triangle_points(square_points(len(chosen)))
-    a, b, c = (triangles.corners[chosen, i] for i in range(3))
-    return a + weights[:, :1] * (b - a) + weights[:, 1:] * (c - a)
+    return places_on(triangles.corners[chosen], triangle_points(square_points(len(chosen))))
