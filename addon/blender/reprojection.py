@@ -86,11 +86,6 @@ def _shader() -> object:
     return gpu.shader.create_from_info(info)
 
 
-def forget_shader() -> None:
-    """Free the program."""
-    _shader.cache_clear()
-
-
 class DrawnPicture:
     """A linear, premultiplied (h, w, 4) picture on Blender's GPU."""
 

@@ -6,8 +6,6 @@ from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
-LOOK_NUMBERS = 16
-"""Of a look in an array: four texels on the GPU (`shaders/common_look.glsl`)."""
 HIDDEN, NO_SHADOW, HOLDOUT, CATCHER, UNLIT, CAP, GROUND = 1, 2, 4, 8, 16, 32, 64
 """Flags of instances: not seen by the camera; casts no shadow; a hole in the picture; shows only shadows; not reached by the light;
 the cap of a section; the ground under the model, of which nothing but shadows is seen."""
@@ -32,7 +30,8 @@ class Look:
     light_through: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def numbers(self) -> np.ndarray:
-        """(16,) float32: emission, weight; metallic, roughness, f0, hole; through, 0; light_through, 0."""
+        """(16,) float32, four texels on the GPU (`shaders/common_look.glsl`): emission, weight; metallic, roughness, f0, hole; through, 0;
+        light_through, 0."""
         emission, weight, metallic, roughness, f0, through, hole, light_through = astuple(self)
         return np.array([*emission, weight, metallic, roughness, f0, hole, *through, 0.0, *light_through, 0.0], np.float32)
 
