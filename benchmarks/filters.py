@@ -25,6 +25,7 @@ from addon.studies.run import run
 from addon.studies.truth import TruthTracer
 from addon.studies.truth.tracer import pixel_centres
 from benchmarks import models, views
+from benchmarks.measure import kept_by_model
 from benchmarks.methods import settings
 from benchmarks.quality import machine
 from benchmarks.tables import table
@@ -199,11 +200,7 @@ def main() -> None:
     parser.add_argument("--models", nargs="+", metavar="NAME", help="only these (deck, or file names of ../shared/cad/dev)")
     args = parser.parse_args()
     if args.table in RUNS:
-        path = RESULTS / f"filters-{args.table}.json"
-        kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-        for name in args.models or models.available():
-            kept[name] = RUNS[args.table][0](name)
-            path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+        kept_by_model(RESULTS / f"filters-{args.table}.json", args.models or models.available(), RUNS[args.table][0])
     pages = [INTRO]
     for name, (_, page) in RUNS.items():
         path = RESULTS / f"filters-{name}.json"

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import json
 import time
 from pathlib import Path
 from statistics import fmean, geometric_mean
@@ -32,6 +31,7 @@ from addon.studies.run import run
 from addon.studies.truth import TruthTracer
 from addon.studies.truth.tracer import pixel_centres
 from benchmarks import models, views
+from benchmarks.measure import kept_by_model
 from benchmarks.quality import machine
 from benchmarks.tables import table
 
@@ -200,11 +200,8 @@ def main() -> None:
     parser.add_argument("what", choices=("measure", "write"))
     parser.add_argument("--models", nargs="+", metavar="NAME", help="only these (deck, or file names of ../shared/cad/dev)")
     args = parser.parse_args()
-    kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
-    if args.what == "measure":
-        for name in args.models or [m for m in MODELS if m in models.available()]:
-            kept[name] = measured(name)
-            RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    names = args.models or [m for m in MODELS if m in models.available()]
+    kept = kept_by_model(RESULTS, names if args.what == "measure" else (), measured)
     draw(pooled(kept))
     (ROOT / "docs" / "front.md").write_text(page(kept), encoding="utf-8")
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
 from statistics import fmean, median
 from time import perf_counter
+from typing import Any
 
 from addon.errors import SceneError
 from addon.maths.view import Light
@@ -140,6 +141,15 @@ def kept(path: Path, rows: Iterator[Row], others: Iterable[Row] = ()) -> None:
             for row in part:
                 file.write(json.dumps(asdict(row)) + "\n")
                 file.flush()
+
+
+def kept_by_model(path: Path, names: Iterable[str], measure: Callable[[str], object]) -> dict[str, Any]:
+    """What is kept in a JSON file by model, with the models named measured anew, each written as soon as it is there."""
+    kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    for name in names:
+        kept[name] = measure(name)
+        path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    return kept
 
 
 def read(path: Path) -> list[Row]:

@@ -9,7 +9,6 @@ Needs bpy and embreex. Numbers go to benchmarks/results/stairs.json; `--models` 
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from addon.studies.run import run
 from addon.studies.truth import TruthTracer
 from addon.studies.truth.tracer import pixel_centres
 from benchmarks import models, views
+from benchmarks.measure import kept_by_model
 from benchmarks.quality import machine
 from benchmarks.tables import table
 
@@ -112,11 +112,8 @@ def main() -> None:
     parser.add_argument("what", choices=("measure", "write"))
     parser.add_argument("--models", nargs="+", metavar="NAME", help="only these (deck, or file names of ../shared/cad/dev)")
     args = parser.parse_args()
-    kept = json.loads(RESULTS.read_text(encoding="utf-8")) if RESULTS.is_file() else {}
-    if args.what == "measure":
-        for name in args.models or [name for name in MODELS if name in models.available()]:
-            kept[name] = measure(name)
-            RESULTS.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
+    names = args.models or [name for name in MODELS if name in models.available()]
+    kept = kept_by_model(RESULTS, names if args.what == "measure" else (), measure)
     ending = f"---\nMeasured with {machine()}; OpenGL on the CPU (Mesa llvmpipe).\n"
     PAGE.write_text(f"{INTRO}\n{page(kept)}\n\n{ending}", encoding="utf-8")
 
